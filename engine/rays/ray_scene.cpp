@@ -444,6 +444,39 @@ bool RayScene::visible(const Vec3& from, const Vec3& to, float shortened_m) cons
     return ray.tfar >= 0;
 }
 
+float RayScene::clear_m(const Vec3& point, float most_m) const {
+    struct Search {
+        const RayScene& scene;
+        const Vec3& point;
+
+        /// A lower bound of the distance to a triangle: to its plane or to its bounds.
+        float least_m(std::uint32_t triangle) const {
+            const Triangle& t = scene.triangle(triangle);
+            Bounds bounds;
+            bounds.add(t.vertices);
+            const Vec3 outside = glm::max(glm::max(bounds.min - point, point - bounds.max), 0.0F);
+            return std::max(glm::length(outside),
+                            std::abs(glm::dot(point - t.vertices[0], t.normal)));
+        }
+    };
+    Search search{*this, point};
+    RTCPointQuery query{.x = point.x, .y = point.y, .z = point.z, .time = 0, .radius = most_m};
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(
+        embree_->scene, &query, &context,
+        [](RTCPointQueryFunctionArguments* arguments) {
+            const Search& near = *static_cast<const Search*>(arguments->userPtr);
+            const std::uint32_t first = near.scene.embree_->first_triangle[arguments->geomID];
+            const float least_m = near.least_m(first + arguments->primID);
+            const bool nearer = least_m < arguments->query->radius;
+            if (nearer) arguments->query->radius = least_m;
+            return nearer;
+        },
+        &search);
+    return query.radius;
+}
+
 bool RayScene::has_opaque_twin(std::uint32_t triangle) const {
     auto twin = std::lower_bound(twins_.begin(), twins_.end(), Twin{triangle, 0});
     for (; twin != twins_.end() && twin->first == triangle; ++twin)

@@ -96,6 +96,9 @@ class RayScene {
     /// if no other length is given.
     bool visible(const Vec3& from, const Vec3& to, float shortened_m = kOffset_m) const;
 
+    /// A distance below which no surface lies around a point, at most `most_m`.
+    float clear_m(const Vec3& point, float most_m) const;
+
     /// True if an opaque face lies within kBacking_m of a point of a face, in front of it or behind
     /// it, and is parallel to the face within 20 degrees. Rays that begin behind the face may miss
     /// such a face.

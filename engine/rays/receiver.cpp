@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 #include <vector>
 
@@ -20,7 +21,8 @@ Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius
     }
     std::vector<Hit> hits(kProbes);
     scene.intersect(probes, hits);
-    Receiver receiver{position, radius_m, Receiver::filled(0)};
+    Receiver receiver{position, radius_m, Receiver::filled(0),
+                      scene.clear_m(position, largest_m + 2 * RayScene::kOffset_m)};
     for (std::size_t k = 0; k < Receiver::kSpheres; ++k) {
         // A cone that ends at r of R contains (r / R)^3 of its part of the sphere.
         const float sphere_m = radius_m * Receiver::radius_factor(k);
@@ -51,11 +53,20 @@ std::optional<Receiver::Chord> Receiver::chord(const RayScene& scene, const Vec3
                           mix64(std::bit_cast<std::uint32_t>(nearest_m) ^
                                 std::uint64_t{std::bit_cast<std::uint32_t>(half_chord_2)} << 32)));
     const float at_m = enter_m + share * (leave_m - enter_m);
-    if (seen_share[sphere] < 1 && !scene.visible(position, origin + at_m * direction)) {
-        return std::nullopt;
+    const float sphere_m = radius_m * radius_factor(sphere);
+    if (sphere_m + RayScene::kOffset_m >= clear_m) {
+        // A segment ends on a surface: its last points may be rounded to the other side. The tested
+        // point is before the end, where only rays that are nearly parallel to the surface are
+        // within rounding of it, and the test passes it by as much as it may be off its ray.
+        constexpr float kBeforeEnd_m = 1e-3F;
+        constexpr float kRounding = 4e-7F;  // several roundings of single precision
+        const float tested_m = std::min(at_m, std::max(length_m - kBeforeEnd_m, 0.5F * length_m));
+        const Vec3 line = origin + tested_m * direction - position;
+        const float past_m = kRounding * (glm::length(origin) + length_m);
+        const float past = past_m / std::max(glm::length(line), kBeforeEnd_m);
+        if (!scene.visible(position, position + (1 + past) * line, 0)) return std::nullopt;
     }
     // The volume average of fluence, energy * chord / (4/3 pi R^3), over the visible part.
-    const float sphere_m = radius_m * radius_factor(sphere);
     const float volume_m3 = seen_share[sphere] * 4.0F / 3.0F * std::numbers::pi_v<float> *
                             sphere_m * sphere_m * sphere_m;
     return Chord{at_m, (leave_m - enter_m) / volume_m3};

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <optional>
 
 #include "engine/rays/ray_scene.h"
@@ -28,6 +29,8 @@ struct Receiver {
     float radius_m = 0.5F;
     /// [sphere] visible share of its volume, from its centre
     std::array<float, kSpheres> seen_share = filled(1);
+    /// RayScene::clear_m of the centre: all of a smaller sphere is visible.
+    float clear_m = std::numeric_limits<float>::infinity();
 
     /// The chord of a sphere on a ray's first `length_m`, if any.
     std::optional<Chord> chord(const RayScene& scene, const Vec3& origin, const Vec3& direction,
@@ -64,7 +67,7 @@ struct Receiver {
                                float half_chord_2) const;
 };
 
-/// A receiver with the visible shares of its spheres. [propagation thread]
+/// A receiver with the visible shares of its spheres and its clear distance. [propagation thread]
 Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius_m);
 
 }  // namespace aula

@@ -242,3 +242,29 @@ TEST_CASE("arrivals by two images have separate paths, although they meet the sa
     CHECK(batch.arrivals[0].image == 5);
     CHECK_FALSE(batch.arrivals[0].path == batch.arrivals[1].path);
 }
+
+TEST_CASE("a receiver detects nothing behind a wall, even where its sphere hardly passes it") {
+    // The spheres of these distances pass the wall by less than the probes of the visible share
+    // find, or touch it. The segments end on the wall.
+    const RayScene rays(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 1, Vec3(1), Vec3(2)));
+    RandomStream random(test::test_seed());
+    int detected = 0;
+    int seen = 0;
+    for (const float away_m : {1.0F, 0.9999F, 0.999F, 0.998F}) {
+        const Receiver outside = make_receiver(rays, Vec3(5 + away_m, 2, 1.5F), 0.5F);
+        const Receiver inside = make_receiver(rays, Vec3(5 - away_m, 2, 1.5F), 0.5F);
+        for (int i = 0; i < 20000; ++i) {
+            // The last segments are nearly parallel to the wall.
+            const Vec3 end = Vec3(5, 2 + 0.05F * random.uniform(), 1.5F + 0.05F * random.uniform());
+            const float slope = std::pow(10.0F, -4 * random.uniform());
+            const Vec3 begin = end - Vec3(slope, random.uniform() - 0.5F, 1);
+            const float length_m = glm::distance(begin, end);
+            constexpr std::size_t kSphere = 4;  // of 1 m
+            const Vec3 direction = (end - begin) / length_m;
+            detected += outside.chord(rays, begin, direction, length_m, kSphere) ? 1 : 0;
+            seen += inside.chord(rays, begin, direction, length_m, kSphere) ? 1 : 0;
+        }
+    }
+    CHECK(detected == 0);
+    CHECK(seen > 60000);  // companion: inside they are detected
+}
