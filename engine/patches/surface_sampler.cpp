@@ -46,12 +46,38 @@ void SurfaceSampler::for_each_patch(std::uint32_t triangle,
     });
 }
 
+/// The number of samples per square metre. Each sample is tested by rays, which take the longer the
+/// more faces cross: without a limit of the samples, time would increase with the square of the
+/// number of faces.
+float SurfaceSampler::density(std::span<const std::uint32_t> triangles, int per_cell,
+                              const std::function<bool(std::uint32_t)>& wanted) {
+    constexpr double kFewSamples = 1 << 14;  // tested in less than 0.1 s
+    const float full_per_m2 = static_cast<float>(per_cell) / (grid_.size_m() * grid_.size_m());
+    double all_m2 = 0;
+    for (const std::uint32_t t : triangles) all_m2 += 2 * double{scene_.triangle(t).area_m2()};
+    if (all_m2 * double{full_per_m2} <= kFewSamples) return full_per_m2;
+    double wanted_m2 = 0;
+    std::vector<char> counted;
+    for (const std::uint32_t t : triangles) {
+        for_each_part(t, [&](std::uint32_t patch, const ClippedPolygon&, float area, const Vec3&) {
+            if (!wanted(patch)) return;
+            if (counted.size() <= patch) counted.resize(index_.size());
+            counted[patch] = 1;
+            wanted_m2 += double{area};
+        });
+    }
+    const auto patches = static_cast<double>(std::count(counted.begin(), counted.end(), 1));
+    const double most_per_m2 = kFullCells * per_cell * patches / wanted_m2;
+    return wanted_m2 > 0 && most_per_m2 < double{full_per_m2} ? static_cast<float>(most_per_m2)
+                                                              : full_per_m2;
+}
+
 std::vector<SurfaceSample> SurfaceSampler::sample(
     std::span<const std::uint32_t> triangles, int per_cell,
     const std::function<bool(std::uint32_t)>& wanted) {
     std::vector<SurfaceSample> samples;
     std::vector<Reservoir> reservoirs;  // [patch]
-    const float samples_per_m2 = static_cast<float>(per_cell) / (grid_.size_m() * grid_.size_m());
+    const float samples_per_m2 = density(triangles, per_cell, wanted);
     for (const std::uint32_t t : triangles) {
         const ScrambledSobol sobol(derive_seed(seed_, t));
         std::uint32_t next = 0;

@@ -35,11 +35,18 @@ class SurfaceSampler {
     void for_each_patch(std::uint32_t triangle, const std::function<void(std::uint32_t)>& visit);
 
     /// Samples triangles in proportion to area, with `per_cell` samples for a full cell, in patches
-    /// for which `wanted(patch)` is true. The areas of a patch's samples add up to its area.
+    /// for which `wanted(patch)` is true. Where many faces cross in each cell they are fewer: about
+    /// kFullCells * `per_cell` for a patch on the mean. The areas of a patch's samples add up to
+    /// its area.
     std::vector<SurfaceSample> sample(std::span<const std::uint32_t> triangles, int per_cell,
                                       const std::function<bool(std::uint32_t)>& wanted);
 
+    /// Patches of furnished rooms have up to the area of one full cell on the mean.
+    static constexpr double kFullCells = 2;
+
  private:
+    float density(std::span<const std::uint32_t> triangles, int per_cell,
+                  const std::function<bool(std::uint32_t)>& wanted);
     template <typename Visit>
     void for_each_part(std::uint32_t triangle, const Visit& visit);
 

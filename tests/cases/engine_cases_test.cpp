@@ -1,12 +1,54 @@
-// Scenes for which the engine once computed wrong results.
+// Scenes for which the engine once computed wrong results, or took much too long.
 
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <ctime>
+#include <utility>
 
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
+#include "engine/base/sampling.h"
+#include "tests/support/rooms.h"
 
 using namespace aula;
+
+namespace {
+
+double cpu_s() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// A box with triangles whose corners are anywhere in it.
+Scene soup(int triangles) {
+    Scene scene =
+        test::grey_room(test::box(Vec3(5, 4, 3)), 0.2F, 0.3F, Vec3(1, 1, 1.5F), Vec3(3, 2, 1.5F));
+    RandomStream random(1);
+    Object object;
+    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(triangles); ++i) {
+        for (int corner = 0; corner < 3; ++corner) {
+            const auto xy = random.uniform_2d();
+            object.vertices.push_back(Vec3(5, 4, 3) * Vec3(xy[0], xy[1], random.uniform()));
+        }
+        object.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    object.triangle_materials.assign(object.triangles.size(), 0);
+    scene.objects.push_back(object);
+    return scene;
+}
+
+double setup_cpu_s(int triangles) {
+    const Scene scene = soup(triangles);
+    Simulation simulation = scene.simulation;
+    simulation.ir_length_s = 0.3F;
+    simulation.threads = 1;
+    const double begin_s = cpu_s();
+    const Propagation propagation(scene, simulation);
+    return cpu_s() - begin_s;
+}
+
+}  // namespace
 
 TEST_CASE("a microphone 1 m outside a closed box hears nothing of a source in it") {
     Scene scene = load_scene(AULA_SOURCE_DIR "/tests/cases/microphone_outside.json").scene;
@@ -35,4 +77,10 @@ TEST_CASE("a microphone 1 m outside a closed box hears nothing of a source in it
     CHECK(loudest(inside, outside, Estimator::dpc, 1) == 0);
     CHECK(loudest(outside, inside, Estimator::patch, 1) == 0);
     CHECK(loudest(inside, inside + Vec3(1, 0, 0), Estimator::patch, 1) > 0);  // companion
+}
+
+TEST_CASE("triangles that cross each other are set up in a time proportional to their number") {
+    // Rays take time in proportion to the number of triangles that cross in a place; the number of
+    // rays must not increase as well. Half as much again is allowed for caches.
+    CHECK(setup_cpu_s(1000) < 1.5 * 10 * setup_cpu_s(100));
 }

@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <numeric>
+#include <set>
 
+#include "engine/base/sampling.h"
 #include "tests/support/rooms.h"
 
 using namespace aula;
@@ -93,4 +95,32 @@ TEST_CASE("samples follow area, not triangles, and small parts share one by area
     // Only patches that are wanted have samples.
     const std::vector<std::uint32_t> first{0};
     CHECK(coarse.sampler.sample(first, 4, [](std::uint32_t) { return false; }).empty());
+}
+
+TEST_CASE("the samples of faces that cross each other are limited by the number of patches") {
+    constexpr int kPerCell = 64;
+    std::map<int, double> per_patch;
+    for (const int faces : {300, 3000}) {
+        RandomStream random(1);
+        Object soup;
+        for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(faces); ++i) {
+            for (int corner = 0; corner < 3; ++corner) {
+                const auto xy = random.uniform_2d();
+                soup.vertices.push_back(Vec3(5, 4, 3) * Vec3(xy[0], xy[1], random.uniform()));
+            }
+            soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+        }
+        soup.triangle_materials.assign(soup.triangles.size(), 0);
+        Sampled s(soup);
+        const std::vector<SurfaceSample> samples = s.all(kPerCell);
+        // Single precision over a million sums.
+        CHECK(area_m2(samples) == Approx(2 * test::surface_m2(soup)).epsilon(1e-3));
+        std::set<std::uint32_t> patches;
+        for (const SurfaceSample& sample : samples) patches.insert(sample.patch);
+        per_patch[faces] =
+            static_cast<double>(samples.size()) / static_cast<double>(patches.size());
+        // The number of a part is rounded up.
+        CHECK(per_patch[faces] < 1.5 * kPerCell * SurfaceSampler::kFullCells);
+    }
+    CHECK(per_patch[3000] < 1.2 * per_patch[300]);
 }
