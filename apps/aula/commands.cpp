@@ -115,14 +115,18 @@ SortedPositions sort_positions(const RayScene& rays, std::vector<NamedPosition> 
     return sorted;
 }
 
-/// Largest relative decrease of Sabine's reverberation time over the bands, 0..1, if the share
-/// `escape` of the reflections leaves the room.
-double reverberation_decrease(const RoomSurvey& survey, double escape, const Medium& medium) {
-    RoomSurvey leaky = survey;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-        leaky.mean_absorption[b] +=
-            static_cast<float>(escape * (1 - double{survey.mean_absorption[b]}));
-    const Bands tight_s = sabine_time_s(survey, medium);
+/// Largest relative decrease of Sabine's reverberation time over the bands, 0..1, against the room
+/// without openings, if the share `escape` of the reflections leaves it.
+double reverberation_decrease(const RoomGeometry& room, double escape, const Medium& medium) {
+    RoomSurvey tight = room.field;
+    RoomSurvey leaky = room.field;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double of_faces = std::max(
+            0.0, (double{room.field.mean_absorption[b]} - room.open_share) / (1 - room.open_share));
+        tight.mean_absorption[b] = static_cast<float>(of_faces);
+        leaky.mean_absorption[b] = static_cast<float>(escape + (1 - escape) * of_faces);
+    }
+    const Bands tight_s = sabine_time_s(tight, medium);
     const Bands leaky_s = sabine_time_s(leaky, medium);
     double largest = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -471,8 +475,8 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
     });
     if (escape == 0 || escape > kOpen) return;
     const double shorter = result_of(kMeasuring, arguments, [&] {
-        return reverberation_decrease(measure_room(rays, points_of(sorted.inside), kSeed).field,
-                                      escape, scene.medium);
+        return reverberation_decrease(measure_room(rays, points_of(sorted.inside), kSeed), escape,
+                                      scene.medium);
     });
     const std::string line =
         arguments.scene.string() +
