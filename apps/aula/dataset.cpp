@@ -6,7 +6,7 @@
 #include "apps/aula/interrupt.h"
 #include "apps/aula/terminal.h"
 #include "apps/dataset/merge/merge.h"
-#include "apps/dataset/plan/plan.h"
+#include "apps/dataset/plan/plan_reader.h"
 #include "apps/dataset/shards/shard.h"
 #include "apps/dataset/shards/slurm.h"
 #include "apps/dataset/shards/status.h"

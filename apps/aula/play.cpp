@@ -216,7 +216,8 @@ std::vector<std::filesystem::path> scenes_in(const std::filesystem::path& folder
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(folder, error))
-        if (entry.path().extension() == ".json" && !is_manifest(entry.path()))
+        if (entry.path().extension() == ".json" && entry.is_regular_file(error) &&
+            !is_manifest(entry.path()))
             files.push_back(entry.path());
     if (files.empty())
         throw InputError(

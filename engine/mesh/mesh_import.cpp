@@ -6,8 +6,8 @@
 
 #include "aula/exception.h"
 #include "engine/input/names.h"
-#include "engine/input/regular_file.h"
 #include "engine/mesh/mesh_readers.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
@@ -27,7 +27,7 @@ ImportedMesh import_mesh(const std::filesystem::path& file) {
     std::vector<std::filesystem::path> files;
     const auto bytes = [&](const std::filesystem::path& part) {
         files.push_back(part);
-        return read_regular_file(part, kMaxMeshBytes);
+        return read_regular_file(part, kMaxMeshBytes, "a mesh file");
     };
     ImportedMesh mesh;
     if (extension == ".obj") {

@@ -5,7 +5,6 @@
 #include <sched.h>
 #include <spawn.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,6 +19,7 @@
 
 #include "aula/exception.h"
 #include "process/contained_program.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
@@ -109,34 +109,18 @@ const char* how_it_ended(int status) {
 
 }  // namespace
 
-Descriptor::Descriptor(int number) : number_(number) {
-    if (number_ < 0 || number_ > STDERR_FILENO) return;
-    number_ = fcntl(number, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
-    close(number);
-}
-
-void Descriptor::reset() {
-    if (number_ >= 0) close(std::exchange(number_, -1));
-}
-
 ContainedProcess::ContainedProcess(std::span<const std::byte> program, std::filesystem::path file,
                                    std::string expected)
     : file_(std::move(file)), expected_(std::move(expected)) {
-    // Non-blocking: opening a pipe does not wait for its other end.
-    const Descriptor input(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (input.number() < 0 && errno == ENOENT) refuse("no such file");
-    if (input.number() < 0) refuse("cannot be opened, " + std::generic_category().message(errno));
-    struct stat status {};
-    if (fstat(input.number(), &status) != 0 || !S_ISREG(status.st_mode))
-        refuse("is not a regular file");
-
+    const RegularFile input(file_, expected_.c_str());
     int ends[2] = {-1, -1};
     if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file_, errno);
     output_.emplace(ends[0]);
     const Descriptor to(ends[1]);
     const Descriptor executable(make_program_file());
     if (!write_all(executable, program)) fail_to_start(file_, errno);
-    if (const int error = start(executable, input, to, id_)) fail_to_start(file_, error);
+    if (const int error = start(executable, input.descriptor(), to, id_))
+        fail_to_start(file_, error);
     answered_ = Clock::now();
 }
 

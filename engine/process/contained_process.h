@@ -9,24 +9,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "process/descriptor.h"
+
 namespace aula {
-
-/// Owns an open file descriptor.
-class Descriptor {
- public:
-    /// Takes ownership. Moves the descriptor above the standard descriptors, which a child process
-    /// replaces.
-    explicit Descriptor(int number);
-    ~Descriptor() { reset(); }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-
-    void reset();
-    int number() const { return number_; }
-
- private:
-    int number_;
-};
 
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
 /// allocate without limit. Its program is embedded in the host's, is executed from memory, and

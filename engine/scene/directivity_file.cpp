@@ -3,8 +3,8 @@
 #include "aula/engine/directivity.h"
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
-#include "engine/input/regular_file.h"
 #include "engine/scene/directivity_measurements.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
@@ -15,17 +15,6 @@ constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20U;
 /// Every half degree.
 constexpr std::size_t kMaxElevations = 361;
 constexpr std::size_t kMaxAzimuths = 720;
-
-/// Both formats have the same messages for a file that cannot be one of a directivity.
-void require_regular_file(const std::filesystem::path& file) {
-    std::error_code error;
-    const auto status = std::filesystem::status(file, error);
-    if (std::filesystem::is_regular_file(status)) return;
-    throw InputError(
-        file.string() +
-        (std::filesystem::exists(status) ? ": is not a regular file" : ": no such file") +
-        "; expected a SOFA or JSON file of a directivity");
-}
 
 /// Reads one band of a table to `energy`, whose size the first band determines.
 void read_band(const JsonReader& json, std::size_t band, std::size_t& azimuths,
@@ -84,14 +73,9 @@ Directivity read_table(const JsonReader& json) {
 }  // namespace
 
 Directivity load_directivity(const std::filesystem::path& file) {
-    require_regular_file(file);
     if (file.extension() == ".sofa") return read_sofa_directivity(file);
-    std::string text;
-    try {
-        text = read_regular_file(file, kMaxBytes);
-    } catch (const InputError& error) {
-        throw InputError(file.string() + ": " + error.what());
-    }
+    const std::string text =
+        read_regular_file(file, kMaxBytes, "a SOFA or JSON file of a directivity");
     const std::string name = file.string();
     const JsonValue json = parse_json(text, name);
     return read_table(JsonReader(json, name));

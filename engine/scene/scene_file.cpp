@@ -1,10 +1,6 @@
 #include "aula/engine/scene_file.h"
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <sstream>
 #include <unordered_set>
 
@@ -12,37 +8,12 @@
 #include "engine/input/names.h"
 #include "engine/scene/scene_geometry.h"
 #include "engine/scene/scene_values.h"
+#include "process/regular_file.h"
 
 namespace aula {
 namespace {
 
-std::string read_text(const std::filesystem::path& file) {
-    constexpr const char* kExpected = "; expected a scene file";
-    std::error_code error;
-    if (std::filesystem::is_directory(file, error)) {
-        throw InputError(file.string(), "", std::string("is a folder") + kExpected);
-    }
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) {
-        throw InputError(file.string(), "",
-                         std::string("cannot be opened, ") + std::strerror(errno) + kExpected);
-    }
-    // The size of a regular file is not used: the scene may come through a pipe.
-    constexpr std::size_t kMaxBytes = std::size_t{256} << 20U;
-    std::string text;
-    std::array<char, 65536> part{};
-    do {
-        stream.read(part.data(), part.size());
-        text.append(part.data(), static_cast<std::size_t>(stream.gcount()));
-        if (text.size() > kMaxBytes) {
-            throw InputError(file.string(), "",
-                             "holds more than " + std::to_string(kMaxBytes) + " bytes" + kExpected);
-        }
-    } while (stream);
-    if (stream.bad())
-        throw InputError(file.string(), "", std::string("cannot be read") + kExpected);
-    return text;
-}
+constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20U;
 
 // Checks that names are unique; stores the location of each.
 class UniqueNames {
@@ -292,7 +263,8 @@ SceneErrors::SceneErrors(std::vector<std::string> messages)
     : InputError(messages.front()), messages_(std::move(messages)) {}
 
 LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
-    return parse_scene(read_text(file), file.string(), file.parent_path(), signals);
+    return parse_scene(read_regular_file(file, kMaxBytes, "a scene file"), file.string(),
+                       file.parent_path(), signals);
 }
 
 LoadedScene parse_scene(const std::string& text, const std::string& name,

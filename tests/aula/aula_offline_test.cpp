@@ -1,7 +1,4 @@
-#include <fcntl.h>
 #include <signal.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -138,31 +135,28 @@ TEST_CASE("One signal ends a program that is reading its scene") {
     const TemporaryFolder folder;
     const TemporaryFolder outputs;
     const std::string out = outputs.path() / "out.wav";
-    const std::string scene = folder.path() / "room.json";
+    const std::string scene = std::filesystem::canonical(folder.write("room.json", kSmallRoom));
+    const std::string blocked = scene + ".blocked";
     for (const std::vector<std::string>& arguments : {std::vector<std::string>{"check", scene},
                                                       {"info", scene},
                                                       {scene, "--offline", out},
                                                       {scene, "--ir", out},
                                                       {scene, "--no-window", "--device", "none"}}) {
-        // The scene comes through a pipe that stays open.
-        REQUIRE(mkfifo(scene.c_str(), 0600) == 0);
-        std::vector<std::string> command{AULA_PROGRAM};
+        // The file's disk does not answer.
+        std::vector<std::string> command{"env", "LD_PRELOAD=" AULA_BLOCKED_READ,
+                                         "AULA_BLOCKED_FILE=" + scene, AULA_PROGRAM};
         command.insert(command.end(), arguments.begin(), arguments.end());
         Program program(command);
-        int pipe = -1;
-        REQUIRE(
-            eventually([&] { return (pipe = open(scene.c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
-        REQUIRE(write(pipe, "{", 1) == 1);
+        REQUIRE(eventually([&] { return std::filesystem::exists(blocked); }));
         program.signal(SIGTERM);
         const auto sent = std::chrono::steady_clock::now();
         CHECK(eventually([&] { return !program.running(); }));
         CHECK(std::chrono::steady_clock::now() - sent < std::chrono::seconds(5));
-        close(pipe);
         const ProgramResult result = program.wait();
         INFO(arguments[0] << " " << arguments[1] << ": " << result.err);
         CHECK(result.status == 128 + SIGTERM);
         CHECK(names_in(outputs.path()).empty());
-        REQUIRE(unlink(scene.c_str()) == 0);
+        REQUIRE(std::filesystem::remove(blocked));
     }
 }
 

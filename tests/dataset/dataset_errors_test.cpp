@@ -76,7 +76,7 @@ TEST_CASE("a bad manifest is one line with its place, exit status 2 and no folde
         {"\"seed\": 5", "\"sources\": {\"directivity\": \"trombone\"}", "/sources/directivity: "},
         {"\"seed\": 5", "\"seed\": 5, \"seed\": 6", "seed"},
         {"\"rooms\": [{", "\"rooms\": [{\"count\": 1, \"scene\": \"none.json\"}, {",
-         "none.json: cannot be opened"},
+         "none.json: no such file"},
     };
     // clang-format on
     const TemporaryFolder folder;

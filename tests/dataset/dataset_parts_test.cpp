@@ -141,9 +141,15 @@ TEST_CASE("a tar archive is read as written, and damage is noticed") {
 TEST_CASE("WAV bytes are read as written") {
     const std::vector<std::vector<float>> channels{{1, 0, -0.5F}, {0.25F, 2, 3}};
     const std::string bytes = wav_bytes(channels, 16000);
-    CHECK(wav_channels(bytes) == channels);
+    CHECK(is_wav(bytes, 2, 3, 16000));
+    CHECK(wav_channels(bytes, 2) == channels);
     CHECK(wav_length(bytes.size(), 2) == 3);
-    CHECK_THROWS_AS(wav_channels("RIFF"), InputError);
+    CHECK(wav_length(bytes.size() - 4, 2) == 0);
+    CHECK(wav_length(4, 2) == 0);
+    CHECK(wav_length((std::uint64_t{1} << 32U) + bytes.size(), 2) == 0);
+    CHECK_FALSE(is_wav(bytes, 1, 6, 16000));
+    CHECK_FALSE(is_wav(bytes, 2, 3, 8000));
+    CHECK_FALSE(is_wav("RIFF", 2, 0, 16000));
 }
 
 TEST_CASE("numbers of shards are written as ranges") {

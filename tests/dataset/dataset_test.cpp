@@ -174,7 +174,7 @@ TEST_CASE("an item without a response is an error in its shard, which goes on") 
     const std::string status = require_dataset({"status", out}).out;
     CHECK(status.find("1 of 1 shard complete\n2 of 6 items with a response, 4 errors\nitem 0: ") ==
           0);
-    CHECK(status.find("cube.json: cannot be opened") != std::string::npos);
+    CHECK(status.find("cube.json: no such file") != std::string::npos);
     CHECK(status.find("\nitem 2: no position has these clearances\n") != std::string::npos);
     require_dataset({"merge", out, "--to", "sofa"});
     CHECK(names_in(out / "sofa") == std::vector<std::string>{"README.md", "SHA256SUMS",

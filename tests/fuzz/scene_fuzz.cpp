@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <string>
 
 #include "apps/session/edit/scene_writer.h"
@@ -6,25 +5,9 @@
 #include "aula/exception.h"
 #include "engine/input/json.h"
 #include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/names_in_input.h"
 
 using namespace aula;
-
-namespace {
-
-/// Whether a text in the input could name a file outside the folder, or a device.
-bool names_other_folder(const JsonValue& json) {
-    if (const auto* text = std::get_if<std::string>(&json.value))
-        return text->find('/') != std::string::npos || text->starts_with("..");
-    if (const auto* list = std::get_if<JsonValue::Array>(&json.value))
-        return std::any_of(list->begin(), list->end(), names_other_folder);
-    if (const auto* object = std::get_if<JsonValue::Object>(&json.value))
-        return std::any_of(object->begin(), object->end(), [](const JsonMember& member) {
-            return names_other_folder(member.value);
-        });
-    return false;
-}
-
-}  // namespace
 
 /// Scenes may refer to room.obj and voice.wav in their folder.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -37,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }();
     try {
         const std::string text(reinterpret_cast<const char*>(data), size);
-        if (names_other_folder(parse_json(text, "scene.json"))) return 0;
+        if (test::names_other_folder(parse_json(text, "scene.json"))) return 0;
         const LoadedScene loaded = load_scene(test::input_file("scene.json", data, size));
         for (const std::string& warning : loaded.warnings) test::expect_one_line(warning);
         // A saved scene can be loaded.

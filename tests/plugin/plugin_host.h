@@ -7,11 +7,13 @@
 #include <lv2/urid/urid.h>
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "apps/plugin/ports.h"
@@ -26,6 +28,7 @@ using StoredState = std::map<std::string, std::pair<std::string, std::vector<cha
 
 /// URIs of properties.
 inline const std::string kScene = AULA_PLUGIN_URI "#scene";
+inline const std::string kHrtf = AULA_PLUGIN_URI "#hrtf";
 inline const std::string kStatus = AULA_PLUGIN_URI "#status";
 
 /// White noise below 0.2.
@@ -96,5 +99,19 @@ class PluginHost {
     std::map<std::string, std::string> received_;
     RealtimeViolations* violations_ = nullptr;
 };
+
+/// Runs silence until a condition holds, for at most 60 s.
+template <typename Condition>
+bool run_until(PluginHost& host, Condition&& holds) {
+    using namespace std::chrono_literals;
+    const auto end = std::chrono::steady_clock::now() + 60s;
+    const std::vector<float> silence(256);
+    while (!holds()) {
+        if (std::chrono::steady_clock::now() > end) return false;
+        host.run(silence, {256});
+        std::this_thread::sleep_for(1ms);
+    }
+    return true;
+}
 
 }  // namespace aula::test

@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "tests/plugin/plugin_host.h"
@@ -35,20 +33,6 @@ Channels bounce(OutputFormat layout, std::span<const float> input,
     host.set(Control::quality, 0);
     host.activate();
     return host.run(input, sizes);
-}
-
-/// Runs silence until a condition holds, for at most 60 s.
-template <typename Condition>
-bool run_until(PluginHost& host, Condition&& holds) {
-    using namespace std::chrono_literals;
-    const auto end = std::chrono::steady_clock::now() + 60s;
-    const std::vector<float> silence(256);
-    while (!holds()) {
-        if (std::chrono::steady_clock::now() > end) return false;
-        host.run(silence, {256});
-        std::this_thread::sleep_for(1ms);
-    }
-    return true;
 }
 
 /// A free field: a click arrives once.

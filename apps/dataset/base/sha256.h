@@ -30,4 +30,7 @@ class Sha256 {
 /// The hash SHA-256 of bytes as 64 hexadecimal digits.
 std::string sha256(std::string_view bytes);
 
+/// Whether a text has the form of such a hash.
+bool is_sha256(std::string_view text);
+
 }  // namespace aula

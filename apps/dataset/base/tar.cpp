@@ -1,15 +1,8 @@
 #include "apps/dataset/base/tar.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
-#include <system_error>
-#include <utility>
 
 #include "apps/session/base/formatted.h"
 #include "aula/exception.h"
@@ -61,50 +54,26 @@ std::string_view tar_padding(std::uint64_t size) {
 
 std::string_view tar_end() { return zeros(); }
 
-TarReader::TarReader(std::filesystem::path file)
-    : file_(std::move(file)), descriptor_(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-    struct stat status {};
-    if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
-        const int error = errno;
-        if (descriptor_ >= 0) close(descriptor_);
-        throw InputError(
-            file_.string(), "",
-            "cannot be opened, " + std::generic_category().message(error) + "; expected a shard");
-    }
-    if (!S_ISREG(status.st_mode)) {
-        close(descriptor_);
-        throw InputError(file_.string(), "", "is not a regular file; expected a shard");
-    }
-    size_ = static_cast<std::uint64_t>(status.st_size);
-}
-
-TarReader::~TarReader() { close(descriptor_); }
+TarReader::TarReader(const std::filesystem::path& file)
+    : name_(file.string()), file_(file, "a shard") {}
 
 std::string TarReader::bytes(std::uint64_t offset, std::uint64_t count) const {
-    if (offset > size_ || count > size_ - offset) throw InputError(file_.string(), "", kDamaged);
-    std::string text(static_cast<std::size_t>(count), '\0');
-    for (std::size_t done = 0; done < text.size();) {
-        const ssize_t read = pread(descriptor_, text.data() + done, text.size() - done,
-                                   static_cast<off_t>(offset + done));
-        if (read < 0 && errno == EINTR) continue;
-        if (read <= 0) throw InputError(file_.string(), "", kDamaged);
-        done += static_cast<std::size_t>(read);
-    }
+    std::string text = file_.read(offset, count);
+    if (text.size() != count) throw InputError(name_, "", kDamaged);
     return text;
 }
 
 std::optional<TarMember> TarReader::next() {
     const std::string header = bytes(next_, kBlock);
     if (header[0] == '\0') {
-        if (bytes(next_, 2 * kBlock) != tar_end()) throw InputError(file_.string(), "", kDamaged);
+        if (bytes(next_, 2 * kBlock) != tar_end()) throw InputError(name_, "", kDamaged);
         return std::nullopt;
     }
     TarMember member{header.substr(0, std::min(header.find('\0'), kNameSize)), next_ + kBlock, 0};
     const char* const digits = header.data() + kSizeAt;
     std::from_chars(digits, digits + kSizeDigits, member.size, 8);
     // Only what tar_header() writes.
-    if (header != tar_header(member.name, member.size))
-        throw InputError(file_.string(), "", kDamaged);
+    if (header != tar_header(member.name, member.size)) throw InputError(name_, "", kDamaged);
     next_ = member.offset + member.size + padding(member.size);
     return member;
 }

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "process/regular_file.h"
+
 namespace aula {
 
 /// A member of a tar archive.
@@ -28,12 +30,9 @@ std::string_view tar_end();
 class TarReader {
  public:
     /// Throws InputError if the file cannot be opened.
-    explicit TarReader(std::filesystem::path file);
-    ~TarReader();
-    TarReader(const TarReader&) = delete;
-    TarReader& operator=(const TarReader&) = delete;
+    explicit TarReader(const std::filesystem::path& file);
 
-    const std::filesystem::path& file() const { return file_; }
+    const std::string& name() const { return name_; }
 
     /// The next member; empty at the end of the archive. Throws InputError if it is damaged.
     std::optional<TarMember> next();
@@ -44,9 +43,8 @@ class TarReader {
  private:
     std::string bytes(std::uint64_t offset, std::uint64_t count) const;
 
-    std::filesystem::path file_;
-    int descriptor_;
-    std::uint64_t size_ = 0;
+    std::string name_;
+    RegularFile file_;
     std::uint64_t next_ = 0;  ///< offset of the next header
 };
 

@@ -1,8 +1,10 @@
 #include "apps/dataset/base/wav_bytes.h"
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "aula/exception.h"
 
@@ -13,7 +15,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "WAV files are little-endian");
 
 constexpr std::size_t kHeader = 58;
-constexpr std::size_t kChannelsAt = 22;
 constexpr std::uint16_t kFloat = 3;  // WAVE_FORMAT_IEEE_FLOAT
 
 template <typename T>
@@ -44,10 +45,20 @@ std::string header(std::size_t channels, std::size_t samples, int sample_rate_hz
     return bytes;
 }
 
+float sample(std::string_view bytes, std::size_t at) {
+    float value = 0;
+    std::memcpy(&value, bytes.data() + at, sizeof(value));
+    return value;
+}
+
 }  // namespace
 
 std::string wav_bytes(const std::vector<std::vector<float>>& channels, int sample_rate_hz) {
     const std::size_t samples = channels[0].size();
+    if (wav_length(kHeader + samples * channels.size() * sizeof(float), channels.size()) != samples)
+        throw InputError("a response of " + std::to_string(channels.size()) + " channels and " +
+                         std::to_string(samples) +
+                         " samples is too large for WAV; expected less than 4 GiB");
     std::string bytes = header(channels.size(), samples, sample_rate_hz);
     bytes.reserve(bytes.size() + samples * channels.size() * sizeof(float));
     for (std::size_t i = 0; i < samples; ++i)
@@ -55,24 +66,33 @@ std::string wav_bytes(const std::vector<std::vector<float>>& channels, int sampl
     return bytes;
 }
 
-std::vector<std::vector<float>> wav_channels(std::string_view bytes) {
-    std::uint16_t count = 0;
-    if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + kChannelsAt, sizeof(count));
-    if (count == 0) throw InputError("a response is damaged; expected a WAV file");
-    std::vector<std::vector<float>> channels(count);
-    const std::size_t samples = wav_length(bytes.size(), count);
-    const char* next = bytes.data() + kHeader;
-    for (auto& channel : channels) channel.resize(samples);
-    for (std::size_t i = 0; i < samples; ++i)
-        for (auto& channel : channels) {
-            std::memcpy(&channel[i], next, sizeof(float));
-            next += sizeof(float);
-        }
-    return channels;
+std::uint64_t wav_length(std::uint64_t size, std::size_t channels) {
+    constexpr std::uint64_t kLargest = std::numeric_limits<std::uint32_t>::max();
+    const std::uint64_t frame = channels * sizeof(float);
+    if (size < kHeader || size > kLargest || (size - kHeader) % frame != 0) return 0;
+    return (size - kHeader) / frame;
 }
 
-std::size_t wav_length(std::size_t size, std::size_t channels) {
-    return (size - kHeader) / (channels * sizeof(float));
+bool is_wav(std::string_view bytes, std::size_t channels, std::uint64_t samples,
+            int sample_rate_hz) {
+    if (wav_length(bytes.size(), channels) != samples ||
+        !bytes.starts_with(header(channels, samples, sample_rate_hz)))
+        return false;
+    for (std::size_t at = kHeader; at < bytes.size(); at += sizeof(float))
+        if (!std::isfinite(sample(bytes, at))) return false;
+    return true;
+}
+
+std::vector<std::vector<float>> wav_channels(std::string_view bytes, std::size_t channels) {
+    const std::uint64_t samples = wav_length(bytes.size(), channels);
+    std::vector<std::vector<float>> read(channels, std::vector<float>(samples));
+    std::size_t at = kHeader;
+    for (std::size_t i = 0; i < samples; ++i)
+        for (auto& channel : read) {
+            channel[i] = sample(bytes, at);
+            at += sizeof(float);
+        }
+    return read;
 }
 
 }  // namespace aula

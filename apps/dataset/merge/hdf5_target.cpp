@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "apps/dataset/base/wav_bytes.h"
 #include "apps/dataset/merge/hdf5_file.h"
 #include "aula/exception.h"
 
@@ -48,19 +49,16 @@ class Hdf5Target : public MergeTarget {
         description_ = out_.create("description", Type::text, {rows});
     }
 
-    void add(const MergedItem& item) override {
+    void add(const ShardItem& item) override {
         std::vector<float> row;
         row.reserve(row_size_ * samples_);
-        for (std::vector<float>& channel : item.channels()) {
+        for (std::vector<float>& channel : wav_channels(item.wav, row_size_)) {
             channel.resize(samples_);
             row.insert(row.end(), channel.begin(), channel.end());
         }
-        if (row.size() != row_size_ * samples_)
-            throw InputError("item " + std::to_string(item.index) + " is damaged");
         std::vector<double> t30_s;
         for (const auto& octaves : item.t30_s)
             t30_s.insert(t30_s.end(), octaves.begin(), octaves.end());
-        t30_s.resize(t30_s.size() / kBandCount * kBandCount);
         out_.write_row(response_, row_, row);
         out_.write_row(length_, row_, static_cast<std::int64_t>(item.samples));
         out_.write_row(item_, row_, static_cast<std::int64_t>(item.index));
@@ -77,7 +75,7 @@ class Hdf5Target : public MergeTarget {
         folder_.list(kFile);
     }
 
-    std::string file_of(const MergedItem&) const override { return kFile; }
+    std::string file_of(const ShardItem&) const override { return kFile; }
 
  private:
     MergedFolder& folder_;

@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "apps/dataset/base/wav_bytes.h"
 #include "apps/dataset/merge/hdf5_target.h"
+#include "apps/dataset/merge/merge_target.h"
 #include "apps/dataset/merge/merged_folder.h"
-#include "apps/dataset/merge/merged_item.h"
 #include "apps/dataset/merge/sofa_target.h"
 #include "apps/dataset/shards/status.h"
+#include "apps/session/base/csv_text.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/output_file.h"
@@ -36,15 +36,15 @@ class WavTarget : public MergeTarget {
  public:
     explicit WavTarget(MergedFolder& folder) : folder_(folder) {}
 
-    void add(const MergedItem& item) override {
+    void add(const ShardItem& item) override {
         folder_.write(stem(item) + ".wav", item.wav);
         folder_.write(stem(item) + ".json", item.json);
     }
     void finish() override {}
-    std::string file_of(const MergedItem& item) const override { return stem(item) + ".wav"; }
+    std::string file_of(const ShardItem& item) const override { return stem(item) + ".wav"; }
 
  private:
-    static std::string stem(const MergedItem& item) {
+    static std::string stem(const ShardItem& item) {
         return formatted("%03llu/", static_cast<unsigned long long>(item.index / 1000)) +
                Plan::item_name(item.index);
     }
@@ -75,7 +75,7 @@ std::string index_header() {
 }
 
 /// The line of an item in the index. T30 is that of the first microphone.
-std::string index_line(const MergedItem& item, const std::string& file) {
+std::string index_line(const ShardItem& item, const std::string& file) {
     std::string line = std::to_string(item.index) + "," + std::to_string(item.scene) + "," +
                        std::to_string(item.seed) + "," + file;
     for (const PlannedPose& pose : {item.source, item.receiver})
@@ -100,25 +100,17 @@ std::string readme(const Plan& plan, const MergeSizes& sizes) {
            "SHA256SUMS verifies all files.\n";
 }
 
-/// A field of a CSV file.
-std::string csv_field(const std::string& text) {
-    std::string field = "\"";
-    for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
-    return field + "\"";
-}
-
 /// Reads the sizes of all shards. Throws InputError if one is missing.
 MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continues) {
     MergeSizes sizes;
     std::vector<std::size_t> missing;
     for (std::size_t shard = 0; shard < plan.shards.size() && continues(); ++shard) {
         try {
-            visit_items(plan, shard, [&](const TarReader&, const ItemMembers& item) {
-                if (!item.wav) return;
-                ++sizes.responses;
-                sizes.samples = std::max<std::uint64_t>(
-                    sizes.samples, wav_length(item.wav->size, plan.settings.channels()));
-            });
+            ShardReader reader(plan, shard);
+            while (reader.next()) {
+                if (reader.has_response()) ++sizes.responses;
+                sizes.samples = std::max(sizes.samples, reader.samples());
+            }
         } catch (const InputError&) {
             missing.push_back(shard);
         }
@@ -128,6 +120,11 @@ MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continu
                          "has no whole shard " + array_text(missing) +
                              "; expected all shards (aula dataset run)");
     return sizes;
+}
+
+[[noreturn]] void fail_changed(const Plan& plan, std::size_t shard) {
+    throw InputError(plan.shard_file(shard).string(), "",
+                     "has changed during the merge; expected no other process that writes it");
 }
 
 }  // namespace
@@ -147,20 +144,23 @@ bool merge_dataset(const Plan& plan, MergeFormat format, const std::function<boo
     OutputFile errors(folder.path("errors.csv"));
     index.write(index_header());
     errors.write("item,error\n");
+    std::uint64_t responses = 0;
     for (std::size_t shard = 0; shard < plan.shards.size(); ++shard) {
-        visit_items(plan, shard, [&](const TarReader& tar, const ItemMembers& members) {
-            if (!continues()) return;
-            if (!members.wav) {
-                errors.write(std::to_string(members.index) + "," +
-                             csv_field(item_error(tar, members)) + "\n");
-                return;
+        ShardReader reader(plan, shard);
+        while (continues() && reader.next()) {
+            const ShardItem item = reader.read();
+            if (!reader.has_response()) {
+                errors.write(std::to_string(item.index) + "," + csv_quoted(item.error) + "\n");
+                continue;
             }
-            const MergedItem item = read_item(tar, members);
+            if (++responses > sizes.responses || item.samples > sizes.samples)
+                fail_changed(plan, shard);
             target->add(item);
             index.write(index_line(item, target->file_of(item)));
-        });
+        }
     }
     if (!continues()) return false;
+    if (responses < sizes.responses) fail_changed(plan, plan.shards.size() - 1);
     target->finish();
     index.commit();
     errors.commit();

@@ -1,10 +1,11 @@
 #include "apps/dataset/merge/sofa_target.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
-#include "apps/dataset/base/json_values.h"
+#include "apps/dataset/base/wav_bytes.h"
 #include "apps/dataset/merge/hdf5_file.h"
 #include "apps/session/base/formatted.h"
 #include "aula/exception.h"
@@ -23,10 +24,10 @@ std::vector<double> numbers(const Vec3& v) { return {double{v.x}, double{v.y}, d
 class SofaFile {
  public:
     SofaFile(const std::filesystem::path& file, const Plan& plan,
-             const std::vector<MergedItem>& items)
+             const std::vector<ShardItem>& items)
         : plan_(plan), items_(items), out_(file) {
         std::size_t samples = 1;
-        for (const MergedItem& item : items)
+        for (const ShardItem& item : items)
             samples = std::max(samples, static_cast<std::size_t>(item.samples));
         write_attributes();
         const std::size_t channels = plan.settings.channels();
@@ -78,7 +79,7 @@ class SofaFile {
 
     void write_attributes() {
         const DatasetSettings& s = plan_.settings;
-        const bool box = items_[0].geometry.front().key == "box";
+        const bool box = items_[0].box_m.has_value();
         Texts texts{{"Conventions", "SOFA"},
                     {"Version", "2.1"},
                     {"SOFAConventions", "SingleRoomSRIR"},
@@ -98,9 +99,7 @@ class SofaFile {
                     {"Comment", "seed " + std::to_string(items_[0].seed)},
                     {"Origin", "simulated"},
                     {"DatabaseName", s.title}};
-        if (!box)
-            texts.emplace_back("RoomGeometry",
-                               std::get<std::string>(items_[0].geometry.front().value.value));
+        if (!box) texts.emplace_back("RoomGeometry", items_[0].scene_file);
         for (const auto& [name, text] : texts) out_.attribute(out_.root(), name, text);
     }
 
@@ -108,29 +107,23 @@ class SofaFile {
         const auto view = [](const PlannedPose& pose) { return pose.pose().rotation()[0]; };
         const auto up = [](const PlannedPose& pose) { return pose.pose().rotation()[2]; };
         vectors("ListenerPosition", kCartesian,
-                [](const MergedItem& item) { return item.receiver.position; });
-        vectors("ListenerView", kCartesian, [&](const MergedItem& i) { return view(i.receiver); });
-        vectors("ListenerUp", {}, [&](const MergedItem& i) { return up(i.receiver); });
+                [](const ShardItem& item) { return item.receiver.position; });
+        vectors("ListenerView", kCartesian, [&](const ShardItem& i) { return view(i.receiver); });
+        vectors("ListenerUp", {}, [&](const ShardItem& i) { return up(i.receiver); });
         vectors("SourcePosition", kCartesian,
-                [](const MergedItem& item) { return item.source.position; });
-        vectors("SourceView", kCartesian, [&](const MergedItem& i) { return view(i.source); });
-        vectors("SourceUp", {}, [&](const MergedItem& i) { return up(i.source); });
+                [](const ShardItem& item) { return item.source.position; });
+        vectors("SourceView", kCartesian, [&](const ShardItem& i) { return view(i.source); });
+        vectors("SourceUp", {}, [&](const ShardItem& i) { return up(i.source); });
         const Hdf5File::Id emitter = variable("EmitterPosition", "ECI", kCartesian);
         out_.write_row(emitter, 0, numbers(Vec3(0)));
-        if (items_[0].geometry.front().key == "box") write_corners();
+        if (items_[0].box_m) write_corners(*items_[0].box_m);
     }
 
-    void write_corners() {
-        const JsonValue geometry = json_value(items_[0].geometry);
-        const std::string name = "geometry";
-        const JsonReader box = JsonReader(geometry, name).require("box", "a box");
+    void write_corners(const std::array<double, 3>& size_m) {
         const Hdf5File::Id low = variable("RoomCornerA", "IC", {});
         out_.write_row(low, 0, numbers(Vec3(0)));
         const Hdf5File::Id high = variable("RoomCornerB", "IC", {});
-        std::vector<double> size_m;
-        for (const JsonReader& edge : box.items("edges")) size_m.push_back(edge.number({}));
-        size_m.resize(3);
-        out_.write_row(high, 0, size_m);
+        out_.write_row(high, 0, std::vector<double>(size_m.begin(), size_m.end()));
         const Hdf5File::Id corners = variable("RoomCorners", "I", kCartesian);
         out_.write_row(corners, 0, std::vector<double>{0});
     }
@@ -161,17 +154,16 @@ class SofaFile {
         for (std::size_t m = 0; m < items_.size(); ++m) {
             std::vector<float> row;
             row.reserve(channels * samples);
-            for (std::vector<float>& channel : items_[m].channels()) {
+            for (std::vector<float>& channel : wav_channels(items_[m].wav, channels)) {
                 channel.resize(samples);
                 row.insert(row.end(), channel.begin(), channel.end());
             }
-            row.resize(channels * samples);
             out_.write_row(responses, m, row);
         }
     }
 
     const Plan& plan_;
-    const std::vector<MergedItem>& items_;
+    const std::vector<ShardItem>& items_;
     Hdf5File out_;
     std::vector<Dimension> dimensions_;
 };
@@ -187,7 +179,7 @@ class SofaTarget : public MergeTarget {
                 "hdf5 or wav");
     }
 
-    void add(const MergedItem& item) override {
+    void add(const ShardItem& item) override {
         if (!items_.empty() && items_[0].scene != item.scene) write();
         items_.push_back(item);
     }
@@ -196,7 +188,7 @@ class SofaTarget : public MergeTarget {
         if (!items_.empty()) write();
     }
 
-    std::string file_of(const MergedItem& item) const override {
+    std::string file_of(const ShardItem& item) const override {
         return formatted("scene-%06llu.sofa", static_cast<unsigned long long>(item.scene));
     }
 
@@ -210,7 +202,7 @@ class SofaTarget : public MergeTarget {
 
     const Plan& plan_;
     MergedFolder& folder_;
-    std::vector<MergedItem> items_;  ///< of one scene
+    std::vector<ShardItem> items_;  ///< of one scene
 };
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 #include <memory>
 
+#include "apps/dataset/merge/merge_target.h"
 #include "apps/dataset/merge/merged_folder.h"
-#include "apps/dataset/merge/merged_item.h"
 #include "apps/dataset/plan/plan.h"
 
 namespace aula {

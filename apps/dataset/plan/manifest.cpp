@@ -1,25 +1,21 @@
 #include "apps/dataset/plan/manifest.h"
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "aula/engine/directivity.h"
 #include "aula/exception.h"
 #include "engine/input/names.h"
-#include "engine/input/regular_file.h"
 #include "engine/scene/scene_values.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
 namespace {
 
 constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 20U;
-constexpr int kMostScenes = 1'000'000'000;
+constexpr const char* kManifest = "a manifest";
 constexpr int kMostPerScene = 10'000;
-/// Pairs of a source and a microphone: their energy responses are in memory together.
-constexpr double kMostPairs = 1e5;
 constexpr NumberRange kClearance_m{0, 1000, true, "metres from 0 to 1000"};
 constexpr NumberRange kCoordinate_m{-kLargestCoordinate_m, kLargestCoordinate_m, true, "metres"};
 constexpr NumberRange kAngle_deg{-360, 360, true, "degrees from -360 to 360"};
@@ -51,9 +47,10 @@ Bounds read_region(const JsonReader& json) {
 RoomGroup read_group(const JsonReader& json) {
     constexpr const char* kRooms = "a group of rooms with either box or scene";
     json.allow_keys({"count", "box", "scene", "region_m", "materials"});
-    RoomGroup group{static_cast<std::uint64_t>(
-                        json.require("count", "a number of scenes").integer(1, kMostScenes)),
-                    SceneRooms{NameDistribution(""), std::nullopt, {}}};
+    RoomGroup group{
+        static_cast<std::uint64_t>(
+            json.require("count", "a number of scenes").integer(1, static_cast<int>(kMostScenes))),
+        SceneRooms{NameDistribution(""), std::nullopt, {}}};
     const auto box = json.find("box");
     const auto scene = json.find("scene");
     if (box.has_value() == scene.has_value()) json.fail(std::string("expected ") + kRooms);
@@ -106,24 +103,20 @@ std::uint64_t Manifest::scenes() const {
 }
 
 bool is_manifest(const std::filesystem::path& file) {
-    std::string begin(1024, '\0');
-    std::ifstream(file, std::ios::binary).read(begin.data(), std::ssize(begin));
-    return begin.find("\"aula_dataset\"") != std::string::npos;
+    constexpr std::uint64_t kBegin = 1024;
+    try {
+        const std::string begin = RegularFile(file, kManifest).read(0, kBegin);
+        return begin.find("\"aula_dataset\"") != std::string::npos;
+    } catch (const InputError&) {
+        return false;
+    }
 }
 
 Manifest read_manifest(const std::filesystem::path& file) {
     Manifest manifest;
     manifest.file = file;
-    std::string text;
-    try {
-        text = read_regular_file(file, kMaxBytes);
-    } catch (const InputError& error) {
-        const std::string reason = error.what();
-        throw InputError(file.string(), "",
-                         reason.substr(0, reason.find(';')) + "; expected a manifest");
-    }
     const std::string name = file.string();
-    manifest.json = parse_json(text, name);
+    manifest.json = parse_json(read_regular_file(file, kMaxBytes, kManifest), name);
     const JsonReader root(manifest.json, name);
     constexpr NumberRange kVersion{1, 1, true, "1, the version of the format"};
     root.require("aula_dataset", kVersion.expected).number(kVersion);
@@ -158,7 +151,7 @@ Manifest read_manifest(const std::filesystem::path& file) {
     });
     const double pairs = manifest.sources.count.highest() * manifest.receivers.count.highest() *
                          static_cast<double>(manifest.settings.array.size());
-    if (pairs > kMostPairs)
+    if (pairs > static_cast<double>(kMostPairs))
         root.fail("up to " + std::to_string(std::llround(pairs)) +
                   " pairs of a source and a microphone in a scene; expected at most 100000");
     return manifest;

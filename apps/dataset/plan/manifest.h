@@ -61,7 +61,7 @@ struct Manifest {
     std::uint64_t scenes() const;
 };
 
-/// True if a file begins as a manifest: "aula_dataset" is in its first kilobyte.
+/// True if a file can be read and begins as a manifest: "aula_dataset" is in its first kilobyte.
 bool is_manifest(const std::filesystem::path& file);
 
 /// Reads a manifest (docs/datasets.md). Scene files are not opened. Throws InputError.

@@ -13,8 +13,7 @@
 #include "apps/session/base/output_file.h"
 #include "audio/file/naming.h"
 #include "aula/exception.h"
-#include "engine/input/json_reader.h"
-#include "engine/input/regular_file.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
@@ -22,11 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPlan = "plan.json";
-constexpr const char* kLines = "plan.jsonl";
 constexpr const char* kNewLines = ".plan-new.jsonl";  ///< before their hash is known
-constexpr const char* kExpected = "the plan of aula dataset plan";
-constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30U;
 
 /// Creates a folder; removes it again unless keep() is called.
 class NewFolder {
@@ -53,16 +48,6 @@ class NewFolder {
     bool created_ = false;
 };
 
-std::string read_file(const fs::path& file) {
-    try {
-        return read_regular_file(file, kMaxBytes);
-    } catch (const InputError& error) {
-        const std::string reason = error.what();
-        throw InputError(file.string(), "",
-                         reason.substr(0, reason.find(';')) + "; expected " + kExpected);
-    }
-}
-
 /// Where the lines of a plan with this hash are until they replace those of an earlier plan.
 fs::path lines_beside(const fs::path& folder, const std::string& sha256) {
     return folder / (".plan-" + sha256 + ".jsonl");
@@ -70,26 +55,6 @@ fs::path lines_beside(const fs::path& folder, const std::string& sha256) {
 
 bool is_lines_beside(const std::string& name) {
     return name.starts_with(".plan-") && name.ends_with(".jsonl");
-}
-
-/// The lines of a plan: those that have not got their name because a process has ended, or
-/// plan.jsonl.
-fs::path lines_of(const Plan& plan) {
-    const fs::path beside = lines_beside(plan.folder, plan.sha256);
-    std::error_code error;
-    const bool is_name = plan.sha256.find('/') == std::string::npos;
-    return is_name && fs::exists(beside, error) ? beside : plan.folder / kLines;
-}
-
-/// Opens plan.jsonl. Opening a pipe would block.
-std::ifstream open_lines(const fs::path& file) {
-    std::error_code error;
-    if (!fs::is_regular_file(file, error))
-        throw InputError(
-            file.string(), "",
-            std::string(fs::exists(file, error) ? "is not a regular file" : "cannot be read") +
-                "; expected " + kExpected);
-    return std::ifstream(file, std::ios::binary);
 }
 
 bool has_shards(const fs::path& folder) {
@@ -108,11 +73,6 @@ std::string settings_line(const Manifest& manifest) {
     for (const std::string& key : settings_keys())
         if (const JsonValue* const value = find_member(root, key)) line.push_back({key, *value});
     return json_line(json_value(std::move(line)));
-}
-
-[[noreturn]] void fail_changed(const fs::path& file) {
-    throw InputError(file.string(), "",
-                     "is not what plan.json was made with; expected the scenes of that plan");
 }
 
 /// plan.json.
@@ -134,24 +94,24 @@ std::string plan_text(const Plan& plan, const Manifest& manifest) {
 }
 
 /// Replaces the plan of a folder. plan.json decides in one step which plan the folder has: the
-/// lines of the new one are at first in lines_beside(), where lines_of() finds them.
+/// lines of the new one are at first in lines_beside(), where lines_file() finds them.
 void replace_plan(const fs::path& folder, OutputFile& lines, const std::string& sha256,
                   const std::string& text) {
-    const fs::path plan = folder / kPlan;
+    const fs::path plan = folder / Plan::kFile;
     const fs::path beside = lines_beside(folder, sha256);
-    if (!fs::exists(plan) || read_file(plan) != text) {
+    if (!fs::exists(plan) || read_regular_file(plan, Plan::kMostBytes, Plan::kExpected) != text) {
         if (has_shards(folder))
             throw InputError(folder.string(), "",
                              "has shards of another plan; expected another folder, or none of its "
                              "files shard-*.tar");
-        check_replaceable(folder / kLines);
+        check_replaceable(folder / Plan::kLines);
         OutputFile out(plan);
         out.write(text);
         lines.commit();
         rename_flushed(folder / kNewLines, beside);
         out.commit();
     }
-    if (fs::exists(beside)) rename_flushed(beside, folder / kLines);
+    if (fs::exists(beside)) rename_flushed(beside, folder / Plan::kLines);
     // What ended processes have left.
     std::vector<fs::path> left;
     for (const auto& entry : fs::directory_iterator(folder))
@@ -160,6 +120,12 @@ void replace_plan(const fs::path& folder, OutputFile& lines, const std::string& 
 }
 
 }  // namespace
+
+fs::path Plan::lines_file() const {
+    const fs::path beside = lines_beside(folder, sha256);
+    std::error_code error;
+    return fs::exists(beside, error) ? beside : folder / kLines;
+}
 
 fs::path Plan::shard_file(std::size_t shard) const {
     return folder / formatted("shard-%05zu.tar", shard);
@@ -213,81 +179,6 @@ bool write_plan(const Manifest& manifest, const fs::path& folder, std::size_t sh
     replace_plan(folder, out, plan.sha256, plan_text(plan, manifest));
     created.keep();
     return true;
-}
-
-Plan read_plan(const fs::path& folder) {
-    const std::string name = (folder / kPlan).string();
-    const JsonValue value = parse_json(read_file(name), name);
-    const JsonReader json(value, name);
-    Plan plan;
-    plan.folder = folder;
-    plan.sha256 = json.require("plan_sha256", kExpected).string(kExpected);
-    plan.manifest_folder = json.require("manifest_folder", kExpected).string(kExpected);
-    plan.scenes = json.require("scenes", kExpected).unsigned_integer();
-    plan.items = json.require("items", kExpected).unsigned_integer();
-    plan.empty_scenes = json.require("empty_scenes", kExpected).unsigned_integer();
-    for (const JsonReader& row : json.require("shards", kExpected).items(kExpected)) {
-        const std::vector<JsonReader> numbers = row.items(kExpected);
-        if (numbers.size() != 4)
-            row.fail(std::to_string(numbers.size()) + " elements; expected " + kExpected);
-        ShardRange shard{.first_scene = numbers[0].unsigned_integer(),
-                         .end_scene = plan.scenes,
-                         .first_item = numbers[1].unsigned_integer(),
-                         .end_item = plan.items,
-                         .offset = numbers[2].unsigned_integer(),
-                         .sha256 = numbers[3].string(kExpected)};
-        if (!plan.shards.empty()) {
-            ShardRange& previous = plan.shards.back();
-            previous.end_scene = shard.first_scene;
-            previous.end_item = shard.first_item;
-        }
-        plan.shards.push_back(shard);
-    }
-
-    const std::string lines = lines_of(plan).string();
-    std::ifstream stream = open_lines(lines);
-    std::string line;
-    if (!std::getline(stream, line))
-        throw InputError(lines, "", std::string("cannot be read; expected ") + kExpected);
-    const JsonValue first = parse_json(line, lines);
-    const JsonReader settings(first, lines);
-    const JsonReader version = settings.require("version", kExpected);
-    if (version.string(kExpected) != AULA_VERSION)
-        version.fail("was planned with Aula " + version.string(kExpected) +
-                     "; expected a plan of " + AULA_VERSION + ", the version of this program");
-    plan.settings = read_settings(settings);
-    return plan;
-}
-
-void check_scenes(const Plan& plan) {
-    const fs::path file = lines_of(plan);
-    std::ifstream stream = open_lines(file);
-    Sha256 hash;
-    for (std::string line; std::getline(stream, line);) hash.add(line + "\n");
-    if (hash.hex() != plan.sha256) fail_changed(file);
-}
-
-PlanReader::PlanReader(const Plan& plan, const ShardRange& shard)
-    : file_(lines_of(plan)),
-      stream_(open_lines(file_)),
-      left_(shard.end_scene - shard.first_scene) {
-    Sha256 hash;
-    std::string line;
-    if (std::getline(stream_, line)) hash.add(line + "\n");
-    const auto first = static_cast<std::streamoff>(shard.offset);
-    stream_.seekg(first);
-    for (std::uint64_t i = 0; i < left_ && std::getline(stream_, line); ++i) hash.add(line + "\n");
-    if (hash.hex() != shard.sha256) fail_changed(file_);
-    stream_.clear();
-    stream_.seekg(first);
-}
-
-std::optional<PlannedScene> PlanReader::next() {
-    if (left_ == 0) return std::nullopt;
-    --left_;
-    std::string line;
-    if (!std::getline(stream_, line)) fail_changed(file_);
-    return read_scene_line(line, file_.string());
 }
 
 }  // namespace aula

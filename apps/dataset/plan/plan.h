@@ -2,14 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/dataset/plan/manifest.h"
-#include "apps/dataset/plan/planned_scene.h"
 #include "apps/dataset/plan/settings.h"
 
 namespace aula {
@@ -27,6 +24,11 @@ struct ShardRange {
 /// The plan of a dataset in its folder. plan.jsonl has a line with the settings and one for each
 /// scene; it does not depend on the number of shards. plan.json divides it into shards.
 struct Plan {
+    static constexpr const char* kFile = "plan.json";
+    static constexpr const char* kLines = "plan.jsonl";
+    static constexpr const char* kExpected = "the plan of aula dataset plan";
+    static constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30U;  ///< of plan.json
+
     std::filesystem::path folder;
     std::string sha256;                     ///< of plan.jsonl
     std::filesystem::path manifest_folder;  ///< to which scene files are relative
@@ -35,6 +37,10 @@ struct Plan {
     std::uint64_t items = 0;
     std::uint64_t empty_scenes = 0;  ///< scenes without positions
     std::vector<ShardRange> shards;
+
+    /// The lines of the plan: plan.jsonl, or those that have not got this name because a process
+    /// has ended.
+    std::filesystem::path lines_file() const;
 
     /// "shard-00003.tar" in the folder.
     std::filesystem::path shard_file(std::size_t shard) const;
@@ -49,27 +55,5 @@ struct Plan {
 /// scenes, and a folder that has shards of another plan; Failure if writing fails.
 bool write_plan(const Manifest& manifest, const std::filesystem::path& folder, std::size_t shards,
                 const std::function<bool()>& continues);
-
-/// Reads the plan of a folder, of plan.jsonl the settings only. Throws InputError, also for a plan
-/// of another version of Aula.
-Plan read_plan(const std::filesystem::path& folder);
-
-/// Reads all of plan.jsonl. Throws InputError if it is not the file that was planned.
-void check_scenes(const Plan& plan);
-
-/// Reads the scenes of a shard in their order.
-class PlanReader {
- public:
-    /// Throws InputError if the lines of the shard are not those that were planned.
-    PlanReader(const Plan& plan, const ShardRange& shard);
-
-    /// The next scene; empty at the shard's end. Throws InputError.
-    std::optional<PlannedScene> next();
-
- private:
-    std::filesystem::path file_;
-    std::ifstream stream_;
-    std::uint64_t left_;
-};
 
 }  // namespace aula

@@ -56,6 +56,44 @@ JsonValue pose_json(const PlannedPose& pose) {
                                         {"pitch_deg", json_value(pose.pitch_deg)}});
 }
 
+template <typename T>
+T contents_of(const JsonReader& json) {
+    const T* const contents = std::get_if<T>(&json.value().value);
+    if (contents == nullptr) json.fail("is of another type; expected a line of a plan");
+    return *contents;
+}
+
+/// {"box": [x, y, z]} or {"file": NAME, "sha256": HASH}.
+JsonValue::Object read_room(const JsonReader& json) {
+    constexpr const char* kRoom = "a box or a scene file with its hash";
+    constexpr NumberRange kEdge_m{0, 1000, false, "metres above 0, at most 1000"};
+    constexpr std::size_t kLongestName = 4096;  // PATH_MAX
+    if (const auto box = json.find("box")) {
+        json.allow_keys({"box"});
+        const std::vector<JsonReader> edges = box->items(kRoom);
+        if (edges.size() != 3) box->fail(std::string("expected ") + kRoom);
+        for (const JsonReader& edge : edges) edge.number(kEdge_m);
+    } else {
+        json.allow_keys({"file", "sha256"});
+        const JsonReader file = json.require("file", kRoom);
+        const std::string name = file.string(kRoom);
+        if (name.empty() || name.size() > kLongestName) file.fail(std::string("expected ") + kRoom);
+        const JsonReader hash = json.require("sha256", kRoom);
+        if (!is_sha256(hash.string(kRoom))) hash.fail(std::string("expected ") + kRoom);
+    }
+    return std::get<JsonValue::Object>(json.value().value);
+}
+
+}  // namespace
+
+std::optional<std::array<double, 3>> PlannedScene::box_m() const {
+    const JsonValue* const box = find_member(geometry, "box");
+    if (box == nullptr) return std::nullopt;
+    const std::string name = "box";
+    const std::vector<JsonReader> edges = JsonReader(*box, name).items("a box");
+    return std::array{edges.at(0).number({}), edges.at(1).number({}), edges.at(2).number({})};
+}
+
 PlannedPose read_pose(const JsonReader& json) {
     constexpr NumberRange kAngle{-360, 360, true, "degrees"};
     PlannedPose pose;
@@ -64,15 +102,6 @@ PlannedPose read_pose(const JsonReader& json) {
     pose.pitch_deg = json.require("pitch_deg", kAngle.expected).number(kAngle);
     return pose;
 }
-
-template <typename T>
-T contents_of(const JsonReader& json) {
-    const T* const contents = std::get_if<T>(&json.value().value);
-    if (contents == nullptr) json.fail("is of another type; expected a line of a plan");
-    return *contents;
-}
-
-}  // namespace
 
 std::string scene_line(const PlannedScene& scene) {
     JsonValue::Object line{
@@ -99,15 +128,22 @@ PlannedScene read_scene_line(const std::string& line, const std::string& name) {
     scene.first_item = json.require("first_item", kLine).unsigned_integer();
     scene.items = json.require("items", kLine).unsigned_integer();
     scene.seed = json.require("seed", kLine).unsigned_integer();
-    scene.geometry = contents_of<JsonValue::Object>(json.require("geometry", kLine));
+    if (scene.items < 1 || scene.items > kMostPairs)
+        json.fail(std::to_string(scene.items) + " items; expected 1 to " +
+                  std::to_string(kMostPairs));
+    scene.geometry = read_room(json.require("geometry", kLine));
     scene.materials = contents_of<JsonValue::Object>(json.require("materials", kLine));
     json.read("error", [&](const JsonReader& x) { scene.error = x.string(kLine); });
     if (!scene.error.empty()) return scene;
-    scene.sources = contents_of<JsonValue::Array>(json.require("sources", kLine));
+    const JsonReader sources = json.require("sources", kLine);
+    for (const JsonReader& source : sources.items(kLine)) read_pose(source);
+    scene.sources = contents_of<JsonValue::Array>(sources);
     for (const JsonReader& item : json.require("receivers", kLine).items(kLine))
         scene.receivers.push_back(read_pose(item));
-    if (scene.geometry.empty() || scene.items != scene.sources.size() * scene.receivers.size())
-        json.fail("is damaged; expected a line of a plan");
+    if (scene.items != scene.sources.size() * scene.receivers.size())
+        json.fail(std::to_string(scene.sources.size()) + " sources and " +
+                  std::to_string(scene.receivers.size()) + " receivers; expected " +
+                  std::to_string(scene.items) + " pairs, the number of items");
     return scene;
 }
 

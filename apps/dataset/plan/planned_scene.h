@@ -1,17 +1,19 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/dataset/plan/room_space.h"
 #include "apps/dataset/plan/settings.h"
 #include "aula/engine/scene.h"
-#include "engine/input/json.h"
+#include "engine/input/json_reader.h"
 
 namespace aula {
 
@@ -28,6 +30,9 @@ struct PlannedScene {
     std::vector<PlannedPose> receivers;
     std::string error;  ///< why the scene has no positions; else empty
 
+    /// The size of a box along x, y, z; empty for a scene file.
+    std::optional<std::array<double, 3>> box_m() const;
+
     std::size_t source_of(std::uint64_t item) const {
         return static_cast<std::size_t>((item - first_item) / receivers.size());
     }
@@ -36,10 +41,15 @@ struct PlannedScene {
     }
 };
 
+/// The position and angles of a source or a receiver of a plan. Throws InputError.
+PlannedPose read_pose(const JsonReader& json);
+
 /// The line of a plan, without the line feed.
 std::string scene_line(const PlannedScene& scene);
 
-/// The scene of a line; messages name the file `name`. Throws InputError.
+/// The scene of a line; messages name the file `name`. Throws InputError unless the line has all
+/// members of a PlannedScene and its numbers of items, sources and receivers agree. The contents of
+/// materials and sources are checked by build_scene().
 PlannedScene read_scene_line(const std::string& line, const std::string& name);
 
 /// Reads the scene files of a dataset; keeps the newest. [any thread]

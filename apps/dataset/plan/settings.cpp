@@ -24,7 +24,11 @@ const std::array<std::pair<const char*, OutputFormat>, 4> kFormats{
 
 /// Text of one line.
 std::string read_line(const JsonReader& json, const char* expected) {
+    constexpr std::size_t kLongest = 1000;  // an attribute of HDF5 has at most 64 KiB
     std::string text = json.string(expected);
+    if (text.size() > kLongest)
+        json.fail(std::to_string(text.size()) + " bytes; expected at most " +
+                  std::to_string(kLongest));
     const auto control = [](unsigned char c) { return c < 0x20; };
     if (text.empty() || std::any_of(text.begin(), text.end(), control))
         json.fail(aula::quoted(text) + " is not usable; expected " + expected + " on one line");

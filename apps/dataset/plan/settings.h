@@ -11,6 +11,13 @@
 
 namespace aula {
 
+/// The most scenes of a dataset.
+inline constexpr std::uint64_t kMostScenes = 1'000'000'000;
+
+/// The most pairs of a source and a microphone in a scene: their energy responses are in memory
+/// together.
+inline constexpr std::uint64_t kMostPairs = 100'000;
+
 /// What all items of a dataset have in common: a part of the manifest, and the first line of the
 /// plan.
 struct DatasetSettings {

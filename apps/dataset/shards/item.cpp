@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "apps/dataset/base/json_values.h"
-#include "apps/dataset/base/sha256.h"
 #include "apps/dataset/base/wav_bytes.h"
-#include "apps/session/base/json_text.h"
+#include "apps/dataset/shards/item_description.h"
+#include "apps/session/base/printable.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
 
@@ -15,22 +15,11 @@ namespace aula {
 
 namespace {
 
-/// The members of an item that do not depend on its results.
-JsonValue::Object description(const Plan& plan, const PlannedScene& planned, std::uint64_t item) {
-    return {{"item", json_value(item)},
-            {"scene", json_value(planned.index)},
-            {"seed", json_value(planned.seed)},
-            {"plan_sha256", json_value(plan.sha256)},
-            {"version", json_value(std::string(AULA_VERSION))},
-            {"licence", json_value(plan.settings.licence)},
-            {"geometry", json_value(planned.geometry)},
-            {"materials", json_value(planned.materials)}};
-}
-
 Item failed_item(const Plan& plan, const PlannedScene& planned, std::uint64_t index,
                  const std::string& reason) {
-    JsonValue::Object json = description(plan, planned, index);
-    json.push_back({"error", json_value(reason)});
+    JsonValue::Object json = item_members(plan, planned, index);
+    // One line of UTF-8, whatever names of files the reason contains.
+    json.push_back({"error", json_value(printable_line(reason))});
     return {index, sealed_json(std::move(json), {}), {}};
 }
 
@@ -116,18 +105,10 @@ std::vector<Item> items_of(const Plan& plan, const PlannedScene& planned, const 
             continue;
         }
         const std::vector<std::vector<float>> channels = results.channels(responses);
-        const PlannedPose& receiver = planned.receivers[planned.receiver_of(i)];
-        JsonValue::Object json = description(plan, planned, i);
+        JsonValue::Object json = item_members(plan, planned, i);
         json.push_back({"scene_sha256", json_value(hash)});
-        json.push_back({"source", planned.sources[planned.source_of(i)]});
-        json.push_back({"receiver", json_value(JsonValue::Object{
-                                        {"position", json_value(receiver.position)},
-                                        {"yaw_deg", json_value(receiver.yaw_deg)},
-                                        {"pitch_deg", json_value(receiver.pitch_deg)}})});
-        json.push_back({"format", json_value(format_name(settings.format))});
-        json.push_back(
-            {"sample_rate_hz", json_value(static_cast<std::uint64_t>(settings.sample_rate_hz))});
-        json.push_back({"channels", json_value(std::uint64_t{channels.size()})});
+        for (JsonMember& member : response_members(plan, planned, i))
+            json.push_back(std::move(member));
         json.push_back({"samples", json_value(std::uint64_t{channels[0].size()})});
         results.describe(json);
         std::string wav = wav_bytes(channels, settings.sample_rate_hz);
@@ -137,28 +118,7 @@ std::vector<Item> items_of(const Plan& plan, const PlannedScene& planned, const 
     return items;
 }
 
-/// The end of an item's description.
-std::string seal(const std::string& text, const std::string& wav) {
-    Sha256 hash;
-    hash.add(text);
-    hash.add(wav);
-    return ", \"item_sha256\": \"" + hash.hex() + "\"}\n";
-}
-
 }  // namespace
-
-std::string sealed_json(JsonValue::Object members, const std::string& wav) {
-    std::string text = json_line(json_value(std::move(members)));
-    text.pop_back();  // the brace
-    return text + seal(text, wav);
-}
-
-bool is_intact(const std::string& json, const std::string& wav) {
-    static const std::size_t length = seal({}, {}).size();
-    if (json.size() < length) return false;
-    const std::string text = json.substr(0, json.size() - length);
-    return json == text + seal(text, wav);
-}
 
 std::optional<std::vector<Item>> compute_items(const Plan& plan, const PlannedScene& planned,
                                                SceneFiles& files,

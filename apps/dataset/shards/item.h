@@ -18,13 +18,6 @@ struct Item {
     std::string wav;   ///< the response of all microphones; empty after an error
 };
 
-/// The line of an item's description with its last member, "item_sha256": the hash of the other
-/// members' text and of the response.
-std::string sealed_json(JsonValue::Object members, const std::string& wav);
-
-/// True if a description and a response are those that sealed_json() hashed.
-bool is_intact(const std::string& json, const std::string& wav);
-
 /// Computes the items of a scene. Errors of input become items with an error. Returns empty if
 /// `continues` returned false.
 std::optional<std::vector<Item>> compute_items(const Plan& plan, const PlannedScene& planned,

@@ -8,9 +8,11 @@
 #include <thread>
 #include <utility>
 
+#include "apps/dataset/base/tar.h"
+#include "apps/dataset/plan/plan_reader.h"
+#include "apps/dataset/shards/item.h"
 #include "apps/session/base/output_file.h"
 #include "aula/exception.h"
-#include "engine/input/json_reader.h"
 
 namespace aula {
 
@@ -39,7 +41,9 @@ class ShardWriter {
  private:
     /// OutputFile writes into a pipe, which would block.
     static const std::filesystem::path& place_of(const std::filesystem::path& file) {
-        if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
+        std::error_code error;
+        const auto status = std::filesystem::status(file, error);
+        if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
             throw InputError(file.string(), "", "is not a regular file; expected a shard, or none");
         return file;
     }
@@ -145,73 +149,7 @@ class SceneQueue {
     std::vector<std::thread> threads_;
 };
 
-/// True for the member "000123.json" or "000123.wav" of an item.
-bool is_member(const TarMember& member, std::uint64_t item, const char* extension) {
-    return member.name == Plan::item_name(item) + extension;
-}
-
-/// Throws InputError unless an item's description is of the plan.
-void check_plan(const Plan& plan, const std::string& json, const std::string& name) {
-    const JsonValue value = parse_json(json, name);
-    const JsonReader hash = JsonReader(value, name).require("plan_sha256", "the hash of the plan");
-    if (hash.string("the hash of the plan") != plan.sha256)
-        hash.fail("is of another plan; expected a shard of the plan in its folder");
-}
-
 }  // namespace
-
-void visit_items(const Plan& plan, std::size_t shard,
-                 const std::function<void(const TarReader&, const ItemMembers&)>& visit) {
-    const std::string name = plan.shard_file(shard).string();
-    const ShardRange& range = plan.shards.at(shard);
-    TarReader tar(name);
-    std::optional<TarMember> member = tar.next();
-    for (std::uint64_t item = range.first_item; item < range.end_item; ++item) {
-        if (!member || !is_member(*member, item, ".json"))
-            throw InputError(name, "",
-                             "has no item " + std::to_string(item) +
-                                 "; expected a shard of the plan in its folder");
-        if (item == range.first_item) check_plan(plan, tar.read(*member), name);
-        ItemMembers members{item, *member, std::nullopt};
-        member = tar.next();
-        if (member && is_member(*member, item, ".wav")) {
-            members.wav = *member;
-            member = tar.next();
-        }
-        visit(tar, members);
-    }
-    if (member)
-        throw InputError(name, "", "has further items; expected a shard of the plan in its folder");
-}
-
-Item read_intact_item(const TarReader& tar, const ItemMembers& members) {
-    Item item{members.index, tar.read(members.json), {}};
-    if (members.wav) item.wav = tar.read(*members.wav);
-    if (!is_intact(item.json, item.wav))
-        throw InputError(tar.file().string(), "",
-                         "item " + std::to_string(item.index) +
-                             " is damaged; expected the bytes of aula dataset run (delete the "
-                             "shard and compute it again)");
-    return item;
-}
-
-std::string item_error(const TarReader& tar, const ItemMembers& item) {
-    const JsonValue value = parse_json(read_intact_item(tar, item).json, item.json.name);
-    return JsonReader(value, item.json.name).require("error", "an error").string("an error");
-}
-
-std::optional<ShardContents> find_shard(const Plan& plan, std::size_t shard) {
-    if (!std::filesystem::exists(plan.shard_file(shard))) return std::nullopt;
-    ShardContents contents;
-    try {
-        visit_items(plan, shard, [&](const TarReader&, const ItemMembers& item) {
-            ++(item.wav ? contents.responses : contents.errors);
-        });
-    } catch (const InputError&) {
-        return std::nullopt;
-    }
-    return contents;
-}
 
 std::optional<ShardContents> compute_shard(const Plan& plan, std::size_t shard, int threads,
                                            const std::function<bool()>& continues,

@@ -1,6 +1,9 @@
 #include "apps/dataset/shards/status.h"
 
-#include "apps/dataset/shards/shard.h"
+#include <filesystem>
+#include <system_error>
+
+#include "apps/dataset/shards/shard_reader.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -12,18 +15,21 @@ DatasetStatus dataset_status(const Plan& plan, bool verifies,
     for (std::size_t shard = 0; shard < plan.shards.size() && continues(); ++shard) {
         DatasetStatus found;
         try {
-            visit_items(plan, shard, [&](const TarReader& tar, const ItemMembers& item) {
-                if (!continues()) return;
-                if (verifies) read_intact_item(tar, item);
-                if (item.wav)
+            ShardReader reader(plan, shard);
+            while (continues() && reader.next()) {
+                ShardItem item;
+                if (verifies || !reader.has_response()) item = reader.read();
+                if (reader.has_response())
                     ++found.responses;
                 else
-                    found.failures.push_back("item " + std::to_string(item.index) + ": " +
-                                             item_error(tar, item));
-            });
+                    found.failures.push_back("item " + std::to_string(reader.item()) + ": " +
+                                             item.error);
+            }
         } catch (const InputError& error) {
             status.missing.push_back(shard);
-            if (std::filesystem::exists(plan.shard_file(shard)))
+            std::error_code ignored;
+            if (std::filesystem::exists(
+                    std::filesystem::symlink_status(plan.shard_file(shard), ignored)))
                 status.damaged.emplace_back(error.what());
             continue;
         }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string_view>
 
+#include "apps/session/base/csv_text.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
 
@@ -29,17 +30,6 @@ std::string number(double value, std::chars_format format, int precision) {
 
 std::string general(double value, int digits) {
     return number(value, std::chars_format::general, digits);
-}
-
-/// RFC 4180: quoted if the text contains a separator.
-std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) {
-        if (c == '"') quoted += '"';
-        quoted += c;
-    }
-    return quoted + '"';
 }
 
 std::string padded(std::string text, std::size_t width) {

@@ -327,10 +327,12 @@ TEST_CASE("a file that cannot hold a directivity has the same message in both fo
             const bool missing = name == std::string("missing");
             if (name == std::string("folder")) std::filesystem::create_directory(file);
             if (name == std::string("pipe")) REQUIRE(mkfifo(file.c_str(), 0600) == 0);
+            const char* const problem = missing ? ": no such file; expected a SOFA "
+                                        : name == std::string("folder")
+                                            ? ": is a folder, not a regular file; expected a SOFA "
+                                            : ": is not a regular file; expected a SOFA ";
             CHECK_THROWS_WITH(load_directivity(file),
-                              file.string() +
-                                  (missing ? ": no such file" : ": is not a regular file") +
-                                  "; expected a SOFA or JSON file of a directivity");
+                              Catch::Matchers::StartsWith(file.string() + problem));
         }
     }
 }
@@ -341,5 +343,5 @@ TEST_CASE("a directivity of more than 64 MiB is refused by its name") {
     std::ofstream(file).close();
     std::filesystem::resize_file(file, (std::uintmax_t{64} << 20U) + 1);
     CHECK_THROWS_WITH(load_directivity(file),
-                      file.string() + ": it holds 67108865 bytes; expected at most 67108864");
+                      file.string() + ": holds 67108865 bytes; expected at most 67108864");
 }

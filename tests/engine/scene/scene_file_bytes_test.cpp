@@ -62,8 +62,15 @@ TEST_CASE("excessive nesting is refused before it exhausts the stack") {
 TEST_CASE("a scene file that cannot be read is named") {
     const TemporaryFolder folder;
     CHECK_THROWS_WITH(aula::load_scene(folder.path() / "none.json"),
-                      Contains("none.json: cannot be opened, No such file"));
-    CHECK_THROWS_WITH(aula::load_scene(folder.path()), Contains("is a folder"));
+                      Contains("none.json: no such file; expected a scene file"));
+    CHECK_THROWS_WITH(aula::load_scene(folder.path()),
+                      Contains(": is a folder, not a regular file; expected a scene file"));
+    // Nothing waits for the other end of a pipe.
+    const auto pipe = folder.path() / "pipe.json";
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    CHECK_THROWS_WITH(aula::load_scene(pipe),
+                      Contains("pipe.json: is not a regular file; expected a scene file"));
+    CHECK_THROWS_WITH(aula::load_scene("/dev/zero"), Contains("is not a regular file"));
 }
 
 TEST_CASE("with any bytes changed in a scene file, loading succeeds or throws InputError") {
