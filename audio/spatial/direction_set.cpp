@@ -72,7 +72,7 @@ std::optional<GapEnd> gap_end(const Directions& directions, const std::array<flo
     }
     // The end is at the weighted mean of the measured directions, within a step. Three iterations
     // leave less than a thousandth of the step.
-    const double least_rad = angle_rad - kStep_rad;
+    const double least_rad = std::max(angle_rad - kStep_rad, kStep_rad / 100);
     const double greatest_rad = angle_rad + kStep_rad;
     GapEnd end;
     for (int iteration = 0; iteration < 3; ++iteration) {
@@ -200,7 +200,9 @@ std::vector<ClosingDirection> closing_directions(const Directions& directions,
     std::vector<double> sorted = weights;
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
-    const double covered_rad = std::acos(std::max(-1.0, 1 - 2 * kCovering * *middle));
+    // It is 0 if most directions coincide.
+    const double covered_rad =
+        std::max(std::acos(std::max(-1.0, 1 - 2 * kCovering * *middle)), kSpacing_rad / 2);
 
     std::vector<ClosingDirection> closing;
     for (const std::array<float, 3>& direction : candidate_directions()) {

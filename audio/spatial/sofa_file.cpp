@@ -19,6 +19,12 @@ HeadMeasurements read_sofa(const std::filesystem::path& file) {
     switch (header.verdict) {
         case Verdict::usable:
             break;
+        case Verdict::not_netcdf:
+            reader.refuse(
+                "is HDF5 but not netCDF-4, as h5py writes it, and cannot be read; the Python "
+                "package sofar converts it: sofar.write_sofa(\"new.sofa\", "
+                "sofar.read_sofa(\"old.sofa\"))");
+            break;
         case Verdict::other_kind:
             reader.refuse("does not hold the responses of two ears for at least four directions");
             break;

@@ -3,10 +3,12 @@
 
 #include <mysofa.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "audio/spatial/sofa_file.h"
@@ -28,11 +30,24 @@ bool answer(Verdict verdict) {
     return write(header);
 }
 
+/// True for HDF5 without the marks of netCDF's dimensions. libmysofa reads only the structures of
+/// HDF5 that netCDF uses.
+bool is_plain_hdf5(std::span<const std::byte> file) {
+    const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
+    if (!bytes.starts_with("\x89HDF\r\n\x1a\n")) return false;
+    for (const std::string_view name : {"_Netcdf4", "netCDF dimension"}) {
+        if (std::search(bytes.begin(), bytes.end(), name.begin(), name.end()) != bytes.end())
+            return false;
+    }
+    return true;
+}
+
 bool run(std::span<const std::byte> file) {
     int error = MYSOFA_OK;
     const std::unique_ptr<MYSOFA_HRTF, CloseSofa> sofa(
         mysofa_load_data(reinterpret_cast<const char*>(file.data()), file.size(), &error));
-    if (!sofa || error != MYSOFA_OK) return answer(Verdict::unreadable);
+    if (!sofa || error != MYSOFA_OK)
+        return answer(is_plain_hdf5(file) ? Verdict::not_netcdf : Verdict::unreadable);
     if (mysofa_check(sofa.get()) != MYSOFA_OK) return answer(Verdict::other_kind);
     const std::size_t directions = sofa->M;
     const std::size_t samples = sofa->N;

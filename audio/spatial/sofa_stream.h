@@ -9,7 +9,14 @@ namespace aula {
 /// 3 * directions coordinates, 2 * directions * samples of the responses and 2 * directions delays.
 /// Native byte order.
 struct SofaHeader {
-    enum class Verdict : std::uint32_t { usable, unreadable, other_kind, incomplete, too_large };
+    enum class Verdict : std::uint32_t {
+        usable,
+        unreadable,
+        not_netcdf,  ///< HDF5 that was not written as netCDF-4
+        other_kind,
+        incomplete,
+        too_large
+    };
 
     std::array<char, 8> magic = kMagic;
     Verdict verdict = Verdict::unreadable;

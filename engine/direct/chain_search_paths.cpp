@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/near_field.h"
 #include "engine/direct/chain_search.h"
 #include "engine/direct/edge_row.h"
 
@@ -48,8 +49,8 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
         paths.push_back({.edges = sequence,
                          .apexes = chain->apexes(),
                          .length_m = chain->length_m(),
-                         .direction = Vec3(glm::normalize(back)),
-                         .departure = Vec3(glm::normalize(ahead)),
+                         .direction = near_direction(back),
+                         .departure = near_direction(ahead),
                          .field = {}});
     }
     for (std::size_t i = 0; i < chains.size(); ++i) {

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
@@ -20,7 +21,6 @@ namespace aula {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kNearest_m = 0.1;
 constexpr double kBesideEdge_m = 1e-3;
 
 // In the lit zone an edge matters up to two wavelengths of the lowest band.
@@ -36,11 +36,6 @@ constexpr double kFade_db = 6;
 // Changes of the primary path beyond which it is a different one for the renderer.
 constexpr double kJump_m = 0.1;
 constexpr float kJump_rad = 0.1F;
-
-Vec3 unit_or_front(const glm::dvec3& p) {
-    const double length = glm::length(p);
-    return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
-}
 
 Bands energy_of(const ComplexBands& field) {
     Bands energy;
@@ -257,8 +252,8 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                           .apexes = {},
                           .is_plain = !edges_.has_small() || scene_.visible(listener, source),
                           .length_m = glm::distance(from, to),
-                          .direction = unit_or_front(from - to),
-                          .departure = unit_or_front(to - from)};
+                          .direction = near_direction(from - to),
+                          .departure = near_direction(to - from)};
         const double spread_m = std::max(straight.length_m, kNearest_m);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             straight.field[b] =
@@ -275,8 +270,8 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
         bent.push_back({.edges = {c.edge},
                         .apexes = {Vec3(apex)},
                         .length_m = c.length_m,
-                        .direction = unit_or_front(apex - to),
-                        .departure = unit_or_front(apex - from),
+                        .direction = near_direction(apex - to),
+                        .departure = near_direction(apex - from),
                         .field = of_edge.direct,
                         .reflected = of_edge.reflected});
         const Bands energy = energy_of(bent.back().field);

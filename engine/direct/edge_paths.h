@@ -28,8 +28,8 @@ struct EdgePath {
     std::vector<Vec3> apexes;  ///< where it bends or is reflected, from the source to the listener
     bool is_plain = true;      ///< of a straight path: nothing changes its field, as in free field
     double length_m = 0;
-    Vec3 direction{0};  ///< unit vector from the listener to the source or to the last edge
-    Vec3 departure{0};  ///< unit vector from the source to the first edge or to the listener
+    Vec3 direction{0};  ///< from the listener to the source or to the last edge (near_direction)
+    Vec3 departure{0};  ///< from the source to the first edge or to the listener (near_direction)
     ComplexBands field{};
     /// [face] of a single edge: the part of its field that belongs to the path of the reflection.
     std::array<ComplexBands, 2> reflected{};

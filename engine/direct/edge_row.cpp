@@ -10,6 +10,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "engine/base/near_field.h"
 #include "engine/direct/edge_chain.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
@@ -22,7 +23,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kParallel = 0.99;  // cosine of the angle between edges of a row
 constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of an open angle and up
-constexpr double kNearest_m = 0.05;       // from an edge to an end of the path
+constexpr double kNearestEnd_m = 0.05;    // from an edge to an end of the path
 constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
 constexpr double kOffStraight_m = 0.04;
 constexpr double kLift_m = 2e-3;  // of rays that would touch edges
@@ -62,7 +63,7 @@ std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const s
     const double along_m = glm::dot(offset, first.axis);
     const glm::dvec3 across = offset - along_m * first.axis;
     placed.across_m_ = glm::length(across);
-    if (placed.across_m_ < 2 * kNearest_m) return {};
+    if (placed.across_m_ < 2 * kNearestEnd_m) return {};
     const glm::dvec3 ahead = across / placed.across_m_;
     const auto opens_to = [](const DiffractionEdge& edge) {
         return edge.direction(edge.open_angle_rad / 2);
@@ -84,7 +85,7 @@ std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const s
             place_m += (due_m - glm::dot(member.apex - source, first.axis)) / cosine;
         }
         member.inside_m = std::min(place_m, edge.length_m - place_m);
-        const double least_m = kNearest_m - margin_m;
+        const double least_m = kNearestEnd_m - margin_m;
         if (member.inside_m <= -margin_m || member.across_m < least_m ||
             member.across_m > placed.across_m_ - least_m) {
             continue;
@@ -435,8 +436,8 @@ EdgePath EdgeRow::path(const WedgeIntegral& integral, const RayScene& scene,
         path.apexes.emplace_back(member.apex);
     }
     path.length_m = length_m_;
-    path.direction = Vec3(glm::normalize(last - listener_));
-    path.departure = Vec3(glm::normalize(first - source_));
+    path.direction = near_direction(last - listener_);
+    path.departure = near_direction(first - source_);
     // A path of sharp bends alone is a chain.
     const double grazing = grazing_share();
     if (grazing > 0) {

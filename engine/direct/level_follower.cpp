@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "engine/base/near_field.h"
+
 namespace aula {
 
 namespace {
@@ -13,7 +15,6 @@ constexpr double kResting_m = 5e-3;   // movement in a frame below which an end 
 constexpr double kLongest_m = 0.5;    // walked while a level follows
 constexpr double kSilence_db = -60;   // relative to free field; counts as a pressure of 0
 constexpr double kReached_db = 0.01;  // remaining difference at which a level is that of the model
-constexpr double kNearest_m = 0.1;
 
 /// The level of a pressure between those of two levels.
 double between_db(double from_db, double to_db, double share) {

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/near_field.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 
@@ -295,8 +296,8 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
         path.length_m = c.length_m;
         const bool is_before = (c.sides & kBefore) != 0;
         const bool is_after = (c.sides & kAfter) != 0;
-        path.departure = unit((is_before ? reflection_points[0] : apex) - source);
-        path.direction = unit((is_after ? reflection_points[1] : apex) - listener);
+        path.departure = near_direction((is_before ? reflection_points[0] : apex) - source);
+        path.direction = near_direction((is_after ? reflection_points[1] : apex) - listener);
         if (is_before) path.apexes.emplace_back(reflection_points[0]);
         path.apexes.emplace_back(apex);
         if (is_after) path.apexes.emplace_back(reflection_points[1]);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 #include "engine/direct/followed_taps.h"
 #include "engine/edges/edge_field.h"
@@ -17,18 +18,12 @@ namespace aula {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kNearest_m = 0.1;
 constexpr double kBesideEdge_m = 1e-3;
 
 // A group without an image source fades out over kFade_db before it is dropped. Levels are relative
 // to the energy of all paths, in the band where they are highest.
 constexpr double kWeakest_db = -40;
 constexpr double kFade_db = 6;
-
-Vec3 unit_or_front(const glm::dvec3& p) {
-    const double length = glm::length(p);
-    return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
-}
 
 bool is_silent(const ComplexBands& field) {
     return std::all_of(field.begin(), field.end(), [](const auto& x) { return x == 0.0; });
@@ -89,8 +84,8 @@ EdgePath ReflectionGroups::image_path(const ScenePlanes::Plane& plane, const glm
     EdgePath path{.edges = {},
                   .apexes = {},
                   .length_m = glm::length(offset),
-                  .direction = unit_or_front(offset),
-                  .departure = unit_or_front(plane.mirror(listener) - source)};
+                  .direction = near_direction(offset),
+                  .departure = near_direction(plane.mirror(listener) - source)};
     for (std::size_t b = 0; b < kBandCount; ++b) {
         path.field[b] = std::polar(1 / std::max(path.length_m, kNearest_m),
                                    -integral_.wave_number_per_m(b) * path.length_m);

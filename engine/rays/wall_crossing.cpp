@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "engine/base/air_attenuation.h"
+#include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 
 namespace aula {
@@ -19,7 +20,6 @@ constexpr std::size_t kLines = kLanes;
 constexpr int kMaxHits = 16;
 
 /// Distances below it count as this one, as for all direct sound.
-constexpr float kNearest_m = 0.1F;
 
 /// Hits of one line on the same triangle within this distance are one.
 constexpr float kSameHit_m = 1e-3F;
@@ -213,10 +213,10 @@ std::optional<SpecularPath> path_through_walls(const RayScene& scene, const Vec3
     if (!(share.max() > 0)) return std::nullopt;
     const Vec3 offset = source - listener;
     const float length_m = glm::length(offset);
-    const float d_m = std::max(length_m, kNearest_m);
+    const float d_m = std::max(length_m, static_cast<float>(kNearest_m));
     SpecularPath path;
     path.length_m = length_m;
-    path.direction = offset / length_m;
+    path.direction = near_direction(glm::dvec3(offset));
     path.departure = -path.direction;
     path.energy = share * transmission(attenuation_per_m, length_m) *
                   (1 / (4 * std::numbers::pi_v<float> * d_m * d_m));

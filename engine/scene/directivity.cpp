@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <complex>
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <numbers>
 #include <utility>
@@ -322,7 +323,12 @@ std::vector<std::string> Directivity::names() {
 }
 
 Bands Directivity::factor(const Vec3& direction) const {
-    return pattern_ ? pattern_->factor(direction) : Bands::filled(1);
+    if (!pattern_) return Bands::filled(1);
+    constexpr float kUnitLength = 1 - 1e-5F;  // with rounding
+    const float length = glm::length(direction);
+    if (length > kUnitLength) return pattern_->factor(direction);
+    if (!(length > 0)) return Bands::filled(1);
+    return Bands::filled(1 - length) + pattern_->factor(direction / length) * length;
 }
 
 Bands Directivity::on_axis_db() const {

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 
 namespace aula {
@@ -19,7 +20,6 @@ using Point = ScenePlanes::Point;
 constexpr std::size_t kMaxListed = 4096;
 constexpr std::size_t kMaxDiscovered = 4096;
 constexpr std::uint32_t kChains = 512;
-constexpr double kNearest_m = 0.1;
 
 // Images are tested at this offset from their position: in symmetric rooms their paths meet edges
 // and corners exactly, where a ray may miss the surfaces.
@@ -48,7 +48,8 @@ Bands mirrored_share(const Material& material) {
     return complement(material.absorption) * complement(material.scattering);
 }
 
-Vec3 unit_or_front(const Point& p) {
+/// The direction of a ray along `p`; any if it has no length.
+Vec3 ray_direction(const Point& p) {
     const double length = glm::length(p);
     return length > 0 ? Vec3(p / length) : Vec3(1, 0, 0);
 }
@@ -76,7 +77,7 @@ struct SpecularPaths::Probe {
           order(reflections),
           at(from),
           target(towards),
-          origin(Vec3(from) + RayScene::kOffset_m * unit_or_front(towards - from)) {}
+          origin(Vec3(from) + RayScene::kOffset_m * ray_direction(towards - from)) {}
 
     std::uint64_t image;
     std::size_t order;
@@ -276,10 +277,10 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
         const double length_m = glm::length(offset);
         sound.paths.push_back({.order = 0,
                                .length_m = static_cast<float>(length_m),
-                               .direction = unit_or_front(offset),
+                               .direction = near_direction(offset),
                                .energy = spread_over(length_m, attenuation_per_m),
                                .id = 0,
-                               .departure = -unit_or_front(offset)});
+                               .departure = -near_direction(offset)});
     }
     std::vector<SpecularSound> found(workers ? static_cast<std::size_t>(workers->threads()) : 1);
     run_parts(workers, [&](std::size_t part, std::size_t parts) {
@@ -333,10 +334,10 @@ SpecularSound SpecularPaths::find_images(const Vec3& source, const Vec3& listene
         const double length_m = glm::length(offset);
         sound.paths.push_back({.order = static_cast<int>(found.order),
                                .length_m = static_cast<float>(length_m),
-                               .direction = unit_or_front(offset),
+                               .direction = near_direction(offset),
                                .energy = found.energy * spread_over(length_m, attenuation_per_m),
                                .id = found.image,
-                               .departure = -unit_or_front(towards_source(offset, found.planes))});
+                               .departure = -near_direction(towards_source(offset, found.planes))});
     }
     return sound;
 }
@@ -413,7 +414,7 @@ void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
             const bool last = probe.order == reflections;
             const Point offset = (last ? Point(source) : probe.target) - Point(probe.origin);
             const auto length_m = static_cast<float>(glm::length(offset));
-            rays.push_back({probe.origin, unit_or_front(last ? offset : probe.target - probe.at),
+            rays.push_back({probe.origin, ray_direction(last ? offset : probe.target - probe.at),
                             last ? length_m - RayScene::kOffset_m : length_m});
         }
         hits.resize(rays.size());

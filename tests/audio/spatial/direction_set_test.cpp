@@ -112,6 +112,14 @@ TEST_CASE("Directions whose cone of confusion was not measured are not added") {
     for (const ClosingDirection& d : closing(median)) CHECK(std::abs(d.direction[1]) < 0.55F);
 }
 
+TEST_CASE("Directions that coincide are no error") {
+    for (const Direction& d : {Direction{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}) {
+        for (const ClosingDirection& added : closing(Directions(5, d))) {
+            for (const auto& [index, share] : added.shares) CHECK(std::isfinite(share));
+        }
+    }
+}
+
 TEST_CASE("Four directions of a ring count equally at its poles") {
     const Directions ring = ring_directions(0, 0, 1, 4);
     for (const float z : {1.0F, -1.0F}) {

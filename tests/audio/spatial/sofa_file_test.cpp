@@ -168,6 +168,18 @@ TEST_CASE("A SOFA file with fewer responses than its sizes say is refused") {
     CHECK(error_of_file(kCorpus + "rate_1hz.sofa").find("a sample rate of") != std::string::npos);
 }
 
+TEST_CASE("A SOFA file that h5py wrote is refused with the program that converts it") {
+    for (const char* file : {"h5py.sofa", "h5py_latest.sofa"}) {
+        const std::string error = error_of_file(kCorpus + file);
+        CAPTURE(error);
+        CHECK(error.find("is HDF5 but not netCDF-4, as h5py writes it") != std::string::npos);
+        CHECK(error.find("sofar.write_sofa(") != std::string::npos);
+        CHECK(error.find('\n') == std::string::npos);
+    }
+    // Companion: a damaged file of netCDF.
+    CHECK(error_of_file(kCorpus + "endless.sofa").find("h5py") == std::string::npos);
+}
+
 TEST_CASE("A SOFA file has responses of at most 32768 samples") {
     CHECK(read_sofa(kCorpus + "longest.sofa").samples == 32768);
     const std::string error = error_of_file(kCorpus + "too_long.sofa");  // one sample more

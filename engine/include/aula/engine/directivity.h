@@ -49,6 +49,8 @@ class Directivity {
     bool is_omnidirectional() const { return pattern_ == nullptr; }
 
     /// Energy in a direction, a unit vector in local axes, over that of an omnidirectional source.
+    /// A shorter vector, that of a near receiver, blends linearly to the mean over all
+    /// directions, 1.
     Bands factor(const Vec3& direction) const;
 
     /// Level to the front in dB, relative to an omnidirectional source.

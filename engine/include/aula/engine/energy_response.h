@@ -20,11 +20,13 @@ struct SpecularPath {
 
     int order = 0;       ///< number of reflections; 0: direct sound
     float length_m = 0;  ///< length of the path from the source to the listener
-    Vec3 direction{0};   ///< unit vector from the listener to the image source or edge, world axes
-    Bands energy;        ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
+    /// Unit vector from the listener to the image source or edge, world axes; shorter, in
+    /// proportion to the distance, within 0.1 m.
+    Vec3 direction{0};
+    Bands energy;  ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
     std::uint64_t id = 0;  ///< identifies the path in all frames; 0: direct sound's main path
     int edges = 0;         ///< number of edges that the path bends around; 0: none
-    Vec3 departure{0};     ///< unit vector in which the sound leaves the source, world axes
+    Vec3 departure{0};     ///< in which the sound leaves the source, as `direction`
     /// Where it bends, from the source to the listener, world axes, m.
     std::vector<Vec3> apexes{};
 };
@@ -76,8 +78,8 @@ struct EnergyResponse {
     double total(std::size_t band) const;
 
     /// The response in uniform bins of `width_s` > 0, [uniform bin] in 1/m2, including the discrete
-    /// paths. The energy of each original bin is distributed over its duration with the slope of its
-    /// neighbours' energies, band by band.
+    /// paths. The energy of each original bin is distributed over its duration with the slope of
+    /// its neighbours' energies, band by band.
     std::vector<Bands> uniform(double width_s) const;
 };
 
