@@ -332,7 +332,7 @@ TEST_CASE("a file that cannot hold a directivity has the same message in both fo
                                             ? ": is a folder, not a regular file; expected a SOFA "
                                             : ": is not a regular file; expected a SOFA ";
             CHECK_THROWS_WITH(load_directivity(file),
-                              Catch::Matchers::StartsWith(file.string() + problem));
+                              Catch::StartsWith(file.string() + problem));
         }
     }
 }
