@@ -46,7 +46,7 @@ template <std::size_t layout>
 LV2_Handle instantiate(const LV2_Descriptor*, double rate, const char*,
                        const LV2_Feature* const* features) {
     try {
-        aula::check_options({.sample_rate_hz = rate});
+        aula::check_options({.sample_rate_hz = rate, .hrtf = {}});
         const auto* const map =
             static_cast<const LV2_URID_Map*>(find_feature(features, LV2_URID__map));
         return new RoomPlugin(kLayouts[layout], rate, block_size(features, map), map);

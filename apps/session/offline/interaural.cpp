@@ -74,7 +74,7 @@ Measurement alone(const Measurement& measurement, std::size_t pair, int noise) {
     one.sources = {measurement.sources[pair / receivers]};
     one.receivers = {
         facing(measurement.receivers[pair % receivers], one.sources[0].position_at(0))};
-    one.sources[0].name += "/" + std::to_string(noise);
+    one.sources[0].name.append("/").append(std::to_string(noise));
     one.simulation = measurement.simulation;
     one.responses = {measurement.responses[pair]};
     one.audible = {1};
