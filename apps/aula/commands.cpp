@@ -214,7 +214,7 @@ void warn(const std::vector<std::string>& warnings, bool quiet) {
 int interrupted_status() { return 128 + interrupt_signal(); }
 
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments) {
-    LoadedScene loaded = result_of("reading " + printable(file.filename().string()), arguments,
+    LoadedScene loaded = result_of("reading " + printable_line(file.filename().string()), arguments,
                                    [&] { return load_scene(file, signal_files(arguments)); });
     warn(loaded.warnings, arguments.quiet);
     return loaded;
@@ -331,7 +331,7 @@ int show_info(const Arguments& arguments) {
         }
     }
     for (const Source& source : scene.sources) {
-        print_point(printable("source " + source.name).c_str(), source.position_at(0));
+        print_point(printable_line("source " + source.name).c_str(), source.position_at(0));
         if (source.path) std::printf("%-16s%s\n", "", describe(*source.path).c_str());
         if (!source.directivity.is_omnidirectional()) print_on_axis(source.directivity);
     }
@@ -363,11 +363,11 @@ int show_info(const Arguments& arguments) {
         std::printf("%-16s%.2g %% of the reflections\n", "leaks", 100 * escape);
     }
     for (const NamedPosition& item : sorted.outside)
-        std::printf("%-16s%s is outside the room\n", "", printable(item.name).c_str());
+        std::printf("%-16s%s is outside the room\n", "", printable_line(item.name).c_str());
     std::printf("\n");
     for (std::size_t m = 0; m < room.area_m2.size(); ++m) {
         if (room.area_m2[m] == 0) continue;
-        std::printf("%-24s%10.1f m2  %4.1f %%\n", printable(scene.materials[m].name).c_str(),
+        std::printf("%-24s%10.1f m2  %4.1f %%\n", printable_line(scene.materials[m].name).c_str(),
                     room.area_m2[m], 100 * room.area_m2[m] / room.surface_m2);
     }
     if (!room.volume_m3) return 0;
@@ -386,8 +386,9 @@ void check_signals(const Scene& scene, const Arguments& arguments) {
     std::vector<std::string> errors;
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {
         try {
-            signals.push_back(result_of("reading the sound of " + printable(scene.sources[s].name),
-                                        arguments, [&] { return files.read(s); }));
+            signals.push_back(
+                result_of("reading the sound of " + printable_line(scene.sources[s].name),
+                          arguments, [&] { return files.read(s); }));
         } catch (const InputError& error) {
             // Sources can play the same file.
             if (std::find(errors.begin(), errors.end(), error.what()) == errors.end())
@@ -502,7 +503,7 @@ int check_scene(const Arguments& arguments) {
     check_audibility(rays, sorted, arguments);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
-    std::printf("%s: ok, %s, %s, %s\n", printable(arguments.scene.string()).c_str(),
+    std::printf("%s: ok, %s, %s, %s\n", printable_line(arguments.scene.string()).c_str(),
                 counted(triangles, "triangle").c_str(),
                 counted(scene.materials.size(), "material").c_str(),
                 counted(scene.sources.size(), "source").c_str());

@@ -83,7 +83,7 @@ int show_status(const DatasetArguments& arguments) {
         "%llu of %s with a response, %s\n", static_cast<unsigned long long>(status.responses),
         counted(plan.items, "item").c_str(), counted(status.failures.size(), "error").c_str());
     for (const auto* const lines : {&status.damaged, &status.failures})
-        for (const std::string& line : *lines) std::printf("%s\n", printable(line).c_str());
+        for (const std::string& line : *lines) std::printf("%s\n", printable_line(line).c_str());
     return 0;
 }
 

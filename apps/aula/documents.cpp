@@ -30,7 +30,9 @@ namespace fs = std::filesystem;
 void check_folder(const fs::path& folder) {
     std::error_code error;
     fs::path existing = folder;
-    while (!existing.empty() && !fs::exists(existing, error)) existing = existing.parent_path();
+    // A link to nothing is no place for a folder.
+    while (!existing.empty() && !fs::exists(fs::symlink_status(existing, error)))
+        existing = existing.parent_path();
     if (existing.empty()) existing = ".";
     const char* const expected = "; expected the name of a folder to write to";
     if (!fs::is_directory(existing, error))
@@ -47,15 +49,19 @@ class MapFolder {
  public:
     explicit MapFolder(const fs::path& folder) {
         std::error_code error;
-        if (!fs::exists(folder, error)) new_folder_.emplace(folder);
+        if (fs::exists(folder, error)) return;
+        new_folder_.emplace(folder);
+        // A killed process had renamed it aside, or another program has created it by now.
+        if (new_folder_->replaces()) new_folder_.reset();
     }
 
     void write(const fs::path& file, const std::string& content) {
         // Half of the usual limit of open files: enough for the maps of 27 sources.
         constexpr std::size_t kMostOpen = 500;
         if (new_folder_ || files_.size() == kMostOpen) commit_files();
-        files_.push_back(
-            std::make_unique<OutputFile>(new_folder_ ? new_folder_->path(file.filename()) : file));
+        files_.push_back(new_folder_ ? std::make_unique<OutputFile>(
+                                           new_folder_->path(file.filename().string()), file)
+                                     : std::make_unique<OutputFile>(file));
         files_.back()->write(content);
     }
 
@@ -75,8 +81,8 @@ class MapFolder {
 };
 
 /// Writes a picture and a table of each parameter of each source. Returns false after a signal.
-bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene& scene) {
-    MapFolder folder(arguments.out);
+bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene& scene,
+                MapFolder& folder) {
     ProgressBar bar("drawing the maps", arguments.quiet);
     const auto parameters = mapped_parameters(arguments.map_interaural);
     const double count =
@@ -141,6 +147,8 @@ int map_room(const Arguments& arguments) {
         return receiver_grid(scene, rays, arguments.map_height_m, arguments.map_spacing_m);
     }();
     const FloorPlan plan = floor_plan(rays, grid.height_m);
+    // Before the measurement, which would be lost if the folder cannot be created.
+    MapFolder folder(arguments.out);
     const auto measurement = [&] {
         ProgressBar bar("measuring at " + std::to_string(grid.receivers.size()) + " receivers",
                         arguments.quiet);
@@ -148,7 +156,8 @@ int map_room(const Arguments& arguments) {
     }();
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);
-    return write_maps(arguments, {grid, plan, *measurement}, scene) ? 0 : interrupted_status();
+    return write_maps(arguments, {grid, plan, *measurement}, scene, folder) ? 0
+                                                                            : interrupted_status();
 }
 
 int report_room(const Arguments& arguments) {

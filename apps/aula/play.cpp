@@ -170,7 +170,8 @@ int play_in_terminal(const Arguments& arguments) {
         const KeyInput keys;
         const bool walks = keys.active() && !scene.listener.path;
         if (line.visible())
-            std::fprintf(stderr, "playing on %s; %s\n", printable(player.device().name).c_str(),
+            std::fprintf(stderr, "playing on %s; %s\n",
+                         printable_line(player.device().name).c_str(),
                          walks ? kKeysText : "q or Ctrl-C: quit");
         DeviceReporter device_reporter(player);
         ReductionReporter reductions;

@@ -155,11 +155,14 @@ struct AudioDevice::State {
             if (output->alive()) continue;
             state = DeviceState::lost;
             Clock::time_point lost = Clock::now();
+            Clock::time_point tried = lost;
             output.reset();
             for (Attempt attempt = Attempt::failed; attempt != Attempt::opened;) {
-                if (attempt == Attempt::preparing) lost = Clock::now();
-                if (std::chrono::duration<double>(Clock::now() - lost).count() >
-                    kReconnectTimeout_s) {
+                const Clock::time_point now = Clock::now();
+                // The time of preparation is added to the timeout.
+                if (attempt == Attempt::preparing) lost += now - tried;
+                tried = now;
+                if (std::chrono::duration<double>(now - lost).count() > kReconnectTimeout_s) {
                     state = DeviceState::unavailable;
                     return;
                 }

@@ -332,13 +332,12 @@ class PortAudioInput final : public Input {
 }  // namespace
 
 std::vector<DeviceInfo> list_port_audio_outputs() {
-    std::optional<PortAudio> port_audio;
-    try {
-        port_audio.emplace();
-    } catch (const Failure&) {
-        return {};
+    {
+        const std::lock_guard lock(library());
+        snd_lib_error_set_handler(ignore_alsa);
+        if (!is_alsa_configured()) return {};
     }
-    return port_audio->outputs();
+    return PortAudio().outputs();
 }
 
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 
@@ -196,11 +197,19 @@ std::vector<double> quadrature_weights(const Directions& directions) {
 
 std::vector<ClosingDirection> closing_directions(const Directions& directions,
                                                  const std::vector<double>& weights) {
-    // The median of the weights is the share of the sphere of a direction away from gaps.
-    std::vector<double> sorted = weights;
+    // Directions that coincide, as of a set of several distances, share a weight. The median is the
+    // share of the sphere of a direction away from gaps.
+    constexpr float kSame = 1e-3F;  // 0.06 degrees; sets are measured at 1 degree at least
+    std::map<std::array<long, 3>, double> shares;
+    for (std::size_t i = 0; i < directions.size(); ++i) {
+        std::array<long, 3> place;
+        for (std::size_t c = 0; c < 3; ++c) place[c] = std::lround(directions[i][c] / kSame);
+        shares[place] += weights[i];
+    }
+    std::vector<double> sorted;
+    for (const auto& [place, share] : shares) sorted.push_back(share);
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
-    // It is 0 if most directions coincide.
     const double covered_rad =
         std::max(std::acos(std::max(-1.0, 1 - 2 * kCovering * *middle)), kSpacing_rad / 2);
 

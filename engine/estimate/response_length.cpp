@@ -39,6 +39,10 @@ constexpr std::size_t kAllParticles = 4096;
 /// room varies little over one.
 constexpr float kNear_free_paths = 2;
 
+/// After both, particles have been reflected a few times, and the slope is that of the room.
+constexpr double kSlope_s = 0.25;
+constexpr float kSlope_free_paths = 4;
+
 /// At most kMaxPlaces of the positions that are far from each other: each next one is the farthest
 /// from those before.
 std::vector<Vec3> far_apart(std::span<const Vec3> positions) {
@@ -68,12 +72,7 @@ struct Decay {
 /// Energies at equal times, band by band.
 class DecayHistory {
  public:
-    void add(const std::array<double, kBandCount>& energy) {
-        energies_.push_back(energy);
-        for (std::size_t b = 0; b < kBandCount; ++b) heard_ = heard_ || energy[b] > 0;
-    }
-
-    bool is_heard() const { return heard_; }
+    void add(const std::array<double, kBandCount>& energy) { energies_.push_back(energy); }
 
     /// The longest decay of all bands. Energies of a room are sums of exponentials: a slope becomes
     /// less steep, so that a length by the present slope is the least possible.
@@ -94,13 +93,14 @@ class DecayHistory {
         // The energies of the last two quarters give the late slope: with their ratio r the
         // quarters that follow have e2 r + e2 r^2 + .. = e2 r / (1 - r). A slower decay than by
         // 0.04 dB per quarter cannot be distinguished from none.
-        const double e1 = sum(count / 2, 3 * count / 4);
-        const double e2 = sum(3 * count / 4, count);
+        const std::size_t quarter = count / 4;
+        const double e1 = sum(count - 2 * quarter, count - quarter);
+        const double e2 = sum(count - quarter, count);
         const double r = e2 < 0.99 * e1 ? e2 / e1 : e2 > 0 ? 0.99 : 0.0;
         const double tail = e2 * r / (1 - r);
         const double limit = std::pow(10, -kDecay_db / 10) * (sum(0, count) + tail);
         if (tail > limit) {
-            const double quarter_s = kStep_s * static_cast<double>(count) / 4;
+            const double quarter_s = kStep_s * static_cast<double>(quarter);
             return {kStep_s * static_cast<double>(count) +
                         quarter_s * std::log(limit / tail) / std::log(r),
                     false};
@@ -113,31 +113,30 @@ class DecayHistory {
     }
 
     std::vector<std::array<double, kBandCount>> energies_;
-    bool heard_ = false;
 };
 
 /// Follows the sound from one position until it has decayed at the listeners.
 class DecayObservation {
  public:
     DecayObservation(const RayScene& scene, const Medium& medium, std::span<const Vec3> listeners,
-                     float near_m, SoundParticles particles, WorkerPool& workers)
+                     float free_path_m, SoundParticles particles, WorkerPool& workers)
         : scene_(scene),
           attenuation_per_m_(medium.attenuation_per_m()),
           step_m_(static_cast<float>(kStep_s) * medium.speed_of_sound_m_s()),
           listeners_(listeners),
-          near_m_(near_m),
+          near_m_(kNear_free_paths * free_path_m),
+          slope_m_(kSlope_free_paths * free_path_m),
           workers_(workers),
           particles_(std::move(particles)),
           near_(listeners.size(), std::vector<float>(particles_.all().size())),
           at_(listeners.size()) {}
 
-    /// The length of the decay at the listeners that hear it, and, if some do not, of the whole
-    /// energy.
+    /// The length of the longest decay of the listeners' energies and of the whole energy. What
+    /// reaches a listener through a small opening may be one particle, whose descendants decay as
+    /// its room; the whole energy shows what else the source's room still has to give.
     double length_s(double longest_s) {
         constexpr std::size_t kFirst = 16;  // observations before the first evaluation
         constexpr double kGrowth = 1.15;    // of the time between two evaluations
-        // Then the particles have been reflected a few times, and the slope is that of the room.
-        constexpr double kSlope_s = 0.25;
         const auto most = static_cast<std::size_t>(std::ceil(longest_s / kStep_s));
         std::size_t next = kFirst;
         for (std::size_t step = 1; step < most; ++step) {
@@ -145,30 +144,20 @@ class DecayObservation {
             particles_.advance(step_m_, workers_);
             if (step < next) continue;
             next = static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(step)));
-            const Decay heard = decay();
-            if (heard.observed) return heard.length_s;
+            const Decay present = decay();
+            if (present.observed) return present.length_s;
             // The energy at a listener may still rise; the whole energy cannot.
-            if (kStep_s * static_cast<double>(step) > kSlope_s && heard.length_s > longest_s &&
+            if (kStep_s * static_cast<double>(step) > kSlope_s && travelled_m_ > slope_m_ &&
                 whole_.decay().length_s > longest_s)
                 return longest_s;
         }
         return std::min(decay().length_s, longest_s);
     }
 
-    /// The listeners that no energy has reached.
-    std::vector<Vec3> deaf() const {
-        std::vector<Vec3> found;
-        for (std::size_t l = 0; l < listeners_.size(); ++l)
-            if (!at_[l].is_heard()) found.push_back(listeners_[l]);
-        return found;
-    }
-
  private:
     Decay decay() const {
-        Decay longest;
-        for (const DecayHistory& history : at_)
-            if (history.is_heard()) longest.take(history.decay());
-        if (listeners_.empty() || !deaf().empty()) longest.take(whole_.decay());
+        Decay longest = whole_.decay();
+        for (const DecayHistory& history : at_) longest.take(history.decay());
         return longest;
     }
 
@@ -229,6 +218,7 @@ class DecayObservation {
     float travelled_m_ = 0;
     std::span<const Vec3> listeners_;
     float near_m_;
+    float slope_m_;
     WorkerPool& workers_;
     SoundParticles particles_;
     std::vector<std::vector<float>> near_;  ///< [listener][particle]
@@ -259,20 +249,19 @@ double sounding_length_s(const RayScene& scene, const Medium& medium, int order,
     };
     std::uint64_t number = 3;
     const auto follow = [&](std::span<const Vec3> from, std::span<const Vec3> to) {
-        std::vector<Vec3> deaf;
         for (const Vec3& start : from) {
             const std::size_t count = std::min(kParticles, kAllParticles / from.size());
             DecayObservation observation(
-                scene, medium, to, kNear_free_paths * free_path_m,
+                scene, medium, to, free_path_m,
                 SoundParticles(scene, order, start, count, derive_seed(seed, number++)), workers);
             length_s = std::max(length_s, observation.length_s(longest_s));
-            const std::vector<Vec3> of_start = observation.deaf();
-            deaf.insert(deaf.end(), of_start.begin(), of_start.end());
         }
-        return deaf;
     };
-    const std::vector<Vec3> deaf = follow(places(sources), places(listeners));
-    follow(far_apart(deaf), {});
+    const std::vector<Vec3> to = places(listeners);
+    follow(places(sources), to);
+    // Responses are reciprocal: what the room of a listener has to give, also to sources that come
+    // later.
+    follow(to, {});
     return std::min(length_s, longest_s);
 }
 

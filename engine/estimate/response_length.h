@@ -16,9 +16,9 @@ namespace aula {
 /// Sound particles leave each source position. Their energy near a listener position that sees them
 /// is, up to a factor, the energy response of the pair without its direct sound. It is followed
 /// until its backward integral has fallen by 70 dB in every band, or until its slope shows that it
-/// will not within `longest_s`. Positions that no particle reaches, as behind a door that is closed
-/// now, hear the decay of the whole energy from either end. Of many positions at most eight, far
-/// from each other, represent all.
+/// will not within `longest_s`; so is the whole energy, also that of particles from the listener
+/// positions, since responses are reciprocal. Of many positions at most eight, far from each other,
+/// represent all.
 ///
 /// Sources are omnidirectional. Movable objects are at their present positions. `order` limits the
 /// reflections; 0: no limit.

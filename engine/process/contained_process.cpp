@@ -58,6 +58,14 @@ bool write_all(const Descriptor& to, std::span<const std::byte> bytes) {
     return true;
 }
 
+bool has_real_time_policy() {
+#ifndef SCHED_DEADLINE
+    constexpr int SCHED_DEADLINE = 6;
+#endif
+    const int policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
+    return policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE;
+}
+
 /// Starts the program that reads `input` and writes to `output`. Returns 0, or an error.
 int start(const Descriptor& program, const Descriptor& input, const Descriptor& output, pid_t& id) {
     posix_spawn_file_actions_t files;
@@ -73,11 +81,15 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
     posix_spawnattr_setsigmask(&attributes, &signals);
     sigfillset(&signals);
     posix_spawnattr_setsigdefault(&attributes, &signals);
-    const sched_param ordinary{};
-    posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
-    posix_spawnattr_setschedparam(&attributes, &ordinary);
-    posix_spawnattr_setflags(
-        &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
+    short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
+    // Only from a real-time policy: a process of the policy idle may not leave it.
+    if (has_real_time_policy()) {
+        const sched_param ordinary{};
+        posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
+        posix_spawnattr_setschedparam(&attributes, &ordinary);
+        flags |= POSIX_SPAWN_SETSCHEDULER;
+    }
+    posix_spawnattr_setflags(&attributes, flags);
     const std::string path = "/proc/self/fd/" + std::to_string(program.number());
     std::string name = kName;
     char* const arguments[] = {name.data(), nullptr};

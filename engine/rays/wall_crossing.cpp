@@ -19,8 +19,6 @@ constexpr float kWavelength_m = 0.343F;
 constexpr std::size_t kLines = kLanes;
 constexpr int kMaxHits = 16;
 
-/// Distances below it count as this one, as for all direct sound.
-
 /// Hits of one line on the same triangle within this distance are one.
 constexpr float kSameHit_m = 1e-3F;
 

@@ -143,6 +143,9 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
     std::filesystem::create_directories(folder.path() / "taken/STI.png");
     std::filesystem::create_directory(folder.path() / "linked");
     std::filesystem::create_symlink(scene, folder.path() / "linked/C50.csv");
+    const std::filesystem::path dangling = folder.path() / "dangling";
+    std::filesystem::create_symlink("nothing", dangling);
+    const std::string hidden = folder.write(".aula-hindered.part", "mine");
     const std::string yard = folder.write("yard.json", R"({"aula": 1, "geometry": [
         {"vertices": [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], "faces": [[0, 1, 2, 3]],
          "material": "concrete"}],
@@ -156,6 +159,9 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         {{"map", scene}, {"--out"}},
         {{"map", scene, "--out", file}, {"is not a folder"}},
         {{"map", scene, "--out", file + "/maps"}, {"is not a folder"}},
+        {{"map", scene, "--out", dangling}, {"is not a folder"}},
+        {{"map", scene, "--out", dangling / "maps"}, {"is not a folder"}},
+        {{"map", scene, "--out", folder.path() / "hindered"}, {hidden, "is not a folder"}},
         {{"map", scene, "--out", out, "--spacing", "0"}, {"--spacing", "above 0"}},
         {{"map", scene, "--out", out, "--spacing", "-1"}, {"--spacing"}},
         {{"map", scene, "--out", out, "--spacing", "nan"}, {"--spacing"}},
@@ -173,6 +179,15 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
     for (const Refused& bad : all) require_refused(folder, bad.arguments, bad.parts);
     CHECK(names_in(folder.path() / "taken") == std::vector<std::string>{"STI.png"});
     CHECK(read_file(scene) == kSmallRoom);
+    CHECK(read_file(hidden) == "mine");
+}
+
+TEST_CASE("A map creates a folder whose name ends with a dot") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    mapped(scene, folder.path() / "maps/.", {"--spacing", "4", "--frames", "1", "--rays", "50"});
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"maps", "room.json"});
+    CHECK(std::filesystem::exists(folder.path() / "maps/STI.png"));
 }
 
 TEST_CASE("A map that cannot be written to its end leaves only what was there before") {
@@ -185,7 +200,9 @@ TEST_CASE("A map that cannot be written to its end leaves only what was there be
     const ProgramResult result =
         run_program({"/bin/bash", "-c", limited + (out / "deep/").string()});
     CHECK(result.status == 1);
-    CHECK(result.err.find("cannot write") != std::string::npos);
+    CHECK(result.err.find((out / "deep/").string()) != std::string::npos);
+    CHECK(result.err.find(": cannot write") != std::string::npos);
+    CHECK(result.err.find(".part") == std::string::npos);
     CHECK_FALSE(std::filesystem::exists(out));
     std::filesystem::create_directory(out);
     folder.write("maps/notes", "mine");

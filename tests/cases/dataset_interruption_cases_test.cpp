@@ -98,7 +98,7 @@ TEST_CASE("where names cannot be exchanged a killed merge leaves a whole dataset
         if (!fs::exists(dataset.merged())) ++aside;
         dataset.check_whole(fs::exists(dataset.merged())
                                 ? dataset.merged()
-                                : dataset.merged().parent_path() / ".wav.old");
+                                : dataset.merged().parent_path() / ".aula-wav.old");
         dataset.check_next_merge();
     }
     CHECK(aside == 1);

@@ -4,7 +4,7 @@
 // AULA_KILL_CALLS=all        also counts calls that write, create and close; else those that
 //                            remove, rename and flush
 // AULA_KILL_COUNT=FILE       at the program's end the number of calls is written to this file
-// AULA_KILL_NO_EXCHANGE=1    renameat2() cannot exchange names, as on some file systems
+// AULA_KILL_NO_EXCHANGE=1    renameat2() has no flags, as on some file systems
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -89,7 +89,7 @@ AULA_COUNTED(count_write, ssize_t, writev, (int descriptor, const iovec* data, i
 extern "C" int renameat2(int from_folder, const char* from, int to_folder, const char* to,
                          unsigned flags) {
     count_call();
-    if ((flags & RENAME_EXCHANGE) != 0 && *setting("AULA_KILL_NO_EXCHANGE") != '\0') {
+    if (flags != 0 && *setting("AULA_KILL_NO_EXCHANGE") != '\0') {
         errno = EINVAL;
         return -1;
     }

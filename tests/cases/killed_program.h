@@ -11,7 +11,7 @@ namespace aula::test {
 /// When a program is killed: before a call that changes files (tests/cases/kill_at_call.cpp).
 struct Kill {
     enum class Calls { renaming, all } calls = Calls::renaming;
-    bool exchanges = true;  ///< whether the file system can exchange names
+    bool exchanges = true;  ///< whether renameat2() can exchange names and keep one
 };
 
 /// Runs a program that is killed before its call `at`. Returns whether it was killed; requires

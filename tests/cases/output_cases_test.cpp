@@ -86,6 +86,16 @@ TEST_CASE("a program killed at each removal, renaming and flush leaves the old f
     }
 }
 
+TEST_CASE("a map creates its folder where the file system cannot keep a name while renaming") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::vector<std::string> map = with_seed(commands(scene, folder.path()).back(), "1");
+    const long beyond = calls_of(map, {}) + 100;
+    fs::remove_all(folder.path() / "maps");
+    CHECK_FALSE(killed(map, {.exchanges = false}, beyond));
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"maps", "room.json"});
+}
+
 TEST_CASE("an output that its owner may not write to is refused in one line") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);

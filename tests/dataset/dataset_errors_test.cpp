@@ -260,20 +260,31 @@ TEST_CASE("two processes do not write the same plan or merge") {
     const TemporaryFolder folder;
     const std::filesystem::path out = make_dataset(folder, box_manifest(1), "out", 1);
     const std::string sums = merged_sums(out, "hdf5");
-    std::filesystem::create_directory(out / ".hdf5.part");
+    std::filesystem::create_directory(out / ".aula-hdf5.part");
     {
-        const FolderLock merging(out / ".hdf5.part");
+        const FolderLock merging(out / ".aula-hdf5.part");
         require_refused(run_dataset({"merge", out, "--to", "hdf5"}), "another process writes here");
-        CHECK(std::filesystem::exists(out / ".hdf5.part"));
+        CHECK(std::filesystem::exists(out / ".aula-hdf5.part"));
         merged_sums(out, "wav");
     }
     // What a killed merge has left is no obstacle.
     CHECK(merged_sums(out, "hdf5") == sums);
-    CHECK_FALSE(std::filesystem::exists(out / ".hdf5.part"));
+    CHECK_FALSE(std::filesystem::exists(out / ".aula-hdf5.part"));
     const FolderLock planning(out);
     require_refused(
         run_dataset({"plan", folder.path() / "manifest.json", "--out", out, "--shards", "1"}),
         "another process writes here");
+}
+
+TEST_CASE("a merged folder keeps the permissions of the one that it replaces") {
+    const TemporaryFolder folder;
+    const std::filesystem::path out = make_dataset(folder, box_manifest(1), "out", 1);
+    merged_sums(out, "wav");
+    for (const unsigned mode : {02770U, 0700U, 0755U}) {
+        std::filesystem::permissions(out / "wav", std::filesystem::perms(mode));
+        merged_sums(out, "wav");
+        CHECK(std::filesystem::status(out / "wav").permissions() == std::filesystem::perms(mode));
+    }
 }
 
 TEST_CASE("a merge replaces an earlier merge only, and no file of others") {

@@ -104,6 +104,7 @@ std::string readme(const Plan& plan, const MergeSizes& sizes) {
 MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continues) {
     MergeSizes sizes;
     std::vector<std::size_t> missing;
+    std::string reason;  ///< of the first
     for (std::size_t shard = 0; shard < plan.shards.size() && continues(); ++shard) {
         try {
             ShardReader reader(plan, shard);
@@ -111,14 +112,15 @@ MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continu
                 if (reader.has_response()) ++sizes.responses;
                 sizes.samples = std::max(sizes.samples, reader.samples());
             }
-        } catch (const InputError&) {
+        } catch (const InputError& error) {
+            if (missing.empty()) reason = error.what();
             missing.push_back(shard);
         }
     }
     if (!missing.empty())
         throw InputError(plan.folder.string(), "",
                          "has no whole shard " + array_text(missing) +
-                             "; expected all shards (aula dataset run)");
+                             "; expected all shards (aula dataset run): " + reason);
     return sizes;
 }
 

@@ -58,14 +58,12 @@ class ReceiverResults {
     }
 
     void describe(JsonValue::Object& json) const {
-        JsonValue::Array microphones, t30, errors;
+        JsonValue::Array t30, errors;
         for (std::size_t m = 0; m < settings_.array.size(); ++m) {
             const std::size_t pair = measurement_.pair(source_, first_ + m);
-            microphones.push_back(json_value(measurement_.receivers[first_ + m].position));
             t30.push_back(octaves_json(measurement_.parameters[pair], false));
             errors.push_back(octaves_json(measurement_.parameters[pair], true));
         }
-        json.push_back({"microphones", json_value(std::move(microphones))});
         json.push_back({"T30", json_value(std::move(t30))});
         if (!settings_.frames) json.push_back({"T30_error", json_value(std::move(errors))});
         json.push_back({"frames", json_value(static_cast<std::uint64_t>(measurement_.frames))});

@@ -1,6 +1,7 @@
 #include "apps/dataset/shards/item_description.h"
 
 #include <utility>
+#include <vector>
 
 #include "apps/dataset/base/json_values.h"
 #include "apps/dataset/base/sha256.h"
@@ -34,7 +35,12 @@ JsonValue::Object item_members(const Plan& plan, const PlannedScene& planned, st
 JsonValue::Object response_members(const Plan& plan, const PlannedScene& planned,
                                    std::uint64_t item) {
     const DatasetSettings& settings = plan.settings;
-    const PlannedPose& receiver = planned.receivers[planned.receiver_of(item)];
+    const std::size_t index = planned.receiver_of(item);
+    const PlannedPose& receiver = planned.receivers[index];
+    const std::vector<Pose> poses = microphone_poses(planned, settings);
+    JsonValue::Array microphones;
+    for (std::size_t m = 0; m < settings.array.size(); ++m)
+        microphones.push_back(json_value(poses[index * settings.array.size() + m].position));
     return {
         {"source", planned.sources[planned.source_of(item)]},
         {"receiver", json_value(JsonValue::Object{{"position", json_value(receiver.position)},
@@ -42,7 +48,8 @@ JsonValue::Object response_members(const Plan& plan, const PlannedScene& planned
                                                   {"pitch_deg", json_value(receiver.pitch_deg)}})},
         {"format", json_value(format_name(settings.format))},
         {"sample_rate_hz", json_value(static_cast<std::uint64_t>(settings.sample_rate_hz))},
-        {"channels", json_value(std::uint64_t{settings.channels()})}};
+        {"channels", json_value(std::uint64_t{settings.channels()})},
+        {"microphones", json_value(std::move(microphones))}};
 }
 
 std::string sealed_json(JsonValue::Object members, const std::string& wav) {

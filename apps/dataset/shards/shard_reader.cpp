@@ -186,16 +186,11 @@ void ShardReader::read_response(const JsonReader& json, ShardItem& item) {
     const JsonReader hash = json.require("scene_sha256", kHash);
     item.scene_sha256 = hash.string(kHash);
     if (!is_sha256(item.scene_sha256)) hash.fail(std::string("expected ") + kHash);
-    const JsonReader microphones = json.require("microphones", kMember);
-    const std::vector<JsonReader> positions = microphones.items(kMember);
-    for (const JsonReader& position : positions) read_point(position);
-    if (positions.size() != settings.array.size())
-        microphones.fail(std::to_string(positions.size()) + " microphones; expected " +
-                         std::to_string(settings.array.size()));
     item.t30_s = read_octaves(json.require("T30", kMember), settings.array.size());
     if (!settings.frames) read_octaves(json.require("T30_error", kMember), settings.array.size());
-    const int most_frames = settings.frames.value_or(std::numeric_limits<int>::max());
-    json.require("frames", kMember).integer(1, most_frames);
+    json.require("frames", kMember)
+        .integer(settings.frames.value_or(1),
+                 settings.frames.value_or(std::numeric_limits<int>::max()));
     const JsonReader samples = json.require("samples", kMember);
     item.samples = samples.unsigned_integer();
     if (!is_wav(item.wav, settings.channels(), item.samples, settings.sample_rate_hz))

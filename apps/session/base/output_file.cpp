@@ -26,20 +26,21 @@ namespace {
 
 }  // namespace
 
-OutputFile::OutputFile(std::filesystem::path file) : file_(std::move(file)) {
+OutputFile::OutputFile(const std::filesystem::path& file, std::filesystem::path named)
+    : file_(std::move(named)) {
     std::error_code error;
-    const auto status = std::filesystem::status(file_, error);
+    const auto status = std::filesystem::status(file, error);
     if (std::filesystem::is_directory(status))
         throw InputError(file_.string(), "",
                          "is a directory; expected the name of a file to write");
     // A device or a pipe cannot be replaced by a new file, so it is written directly.
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-        descriptor_ = open(file_.c_str(), O_WRONLY | O_CLOEXEC);
+        descriptor_ = open(file.c_str(), O_WRONLY | O_CLOEXEC);
         if (descriptor_ < 0) refuse(file_, errno);
         return;
     }
     try {
-        part_.emplace(file_);
+        part_.emplace(file);
     } catch (const std::system_error& failure) {
         refuse(file_, failure.code().value());
     }

@@ -13,7 +13,10 @@ namespace aula {
 class OutputFile {
  public:
     /// Throws InputError if the file cannot be written or is write-protected.
-    explicit OutputFile(std::filesystem::path file);
+    explicit OutputFile(const std::filesystem::path& file) : OutputFile(file, file) {}
+
+    /// `named`: the file in messages, which later has this name (OutputFolder).
+    OutputFile(const std::filesystem::path& file, std::filesystem::path named);
     ~OutputFile();
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
@@ -23,7 +26,7 @@ class OutputFile {
     void commit();
 
  private:
-    std::filesystem::path file_;
+    std::filesystem::path file_;    ///< in messages
     std::optional<PartFile> part_;  ///< empty for a device or a pipe
     int descriptor_ = -1;
 };

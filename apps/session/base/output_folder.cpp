@@ -1,12 +1,13 @@
 #include "apps/session/base/output_folder.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
-#include <utility>
 
 #include "audio/file/naming.h"
 #include "aula/exception.h"
@@ -22,16 +23,33 @@ bool has_entry(const fs::path& name) {
     return fs::exists(fs::symlink_status(name, ignored));
 }
 
-/// A hidden name beside a folder.
+/// A hidden name beside a folder, which no other program uses. It is not shortened: folders with
+/// long names would share it.
 fs::path beside(const fs::path& folder, const std::string& extension) {
-    constexpr std::size_t kLongestName = 255;
-    const std::string name =
-        folder.filename().string().substr(0, kLongestName - 1 - extension.size());
-    return folder.parent_path() / ("." + name + extension);
+    return folder.parent_path() / (".aula-" + folder.filename().string() + extension);
 }
 
-fs::path without_slash(fs::path folder) {
-    return folder.has_filename() ? std::move(folder) : folder.parent_path();
+/// The name of a folder without "." and a slash at the end, and without ".." behind a name.
+fs::path normal_name(const fs::path& folder) {
+    const auto climbs = [](const fs::path& name) {
+        return std::count(name.begin(), name.end(), fs::path(".."));
+    };
+    fs::path name = folder.lexically_normal();
+    // What ".." means behind a link is not in the name.
+    if (std::error_code error; climbs(name) != climbs(folder)) {
+        const fs::path resolved = fs::weakly_canonical(folder, error);
+        name = error ? folder : resolved;
+    }
+    return name.has_filename() ? name : name.parent_path();
+}
+
+/// Whether a folder has the hidden name. Throws InputError if anything else has it.
+bool has_hidden_folder(const fs::path& hidden) {
+    if (!has_entry(hidden)) return false;
+    if (fs::is_directory(fs::symlink_status(hidden))) return true;
+    throw InputError(hidden.string(), "",
+                     "is not a folder; expected the unfinished folder of a killed process, or "
+                     "nothing (move it away)");
 }
 
 /// Flushes all files of the folder's file system to the disk: one by one takes longer.
@@ -45,8 +63,8 @@ void flush_files(const fs::path& folder) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path folder)
-    : folder_(without_slash(std::move(folder))),
+OutputFolder::OutputFolder(const fs::path& folder)
+    : folder_(normal_name(folder)),
       part_(beside(folder_, ".part")),
       earlier_(beside(folder_, ".old")) {
     try {
@@ -62,19 +80,32 @@ OutputFolder::OutputFolder(fs::path folder)
 OutputFolder::~OutputFolder() { remove_part(); }
 
 void OutputFolder::prepare() {
+    for (const fs::path& hidden : {part_, earlier_}) has_hidden_folder(hidden);
     for (fs::path f = folder_.parent_path(); !f.empty() && !has_entry(f); f = f.parent_path())
         parents_.push_back(f);
     if (!parents_.empty()) fs::create_directories(parents_.front());
-    if (!fs::is_directory(fs::symlink_status(part_))) fs::remove(part_);
     fs::create_directory(part_);
     lock_.emplace(part_);
     for (const auto& left : fs::directory_iterator(part_)) fs::remove_all(left.path());
-    if (!has_entry(earlier_)) return;
     // A process has ended between the renamings of replace().
-    if (has_entry(folder_))
+    const bool has_earlier = has_hidden_folder(earlier_);
+    if (has_earlier && has_entry(folder_))
         fs::remove_all(earlier_);
-    else
+    else if (has_earlier)
         rename_flushed(earlier_, folder_);
+    replaces_ = has_entry(folder_);
+    // From now on, so that nobody reads unfinished files who may not read the earlier ones, and new
+    // files belong to the group of a folder with S_ISGID.
+    if (replaces_) copy_mode(S_IRWXU);
+}
+
+/// Gives the new folder the permissions of the earlier one, and those that are added.
+void OutputFolder::copy_mode(unsigned added) {
+    constexpr mode_t kPermissions = 07777;
+    struct stat earlier {};
+    if (stat(folder_.c_str(), &earlier) != 0) return;
+    if (chmod(part_.c_str(), (earlier.st_mode & kPermissions) | added) != 0)
+        throw std::system_error(errno, std::generic_category());
 }
 
 void OutputFolder::remove_part() noexcept {
@@ -86,6 +117,7 @@ void OutputFolder::remove_part() noexcept {
 void OutputFolder::replace() {
     // Until it is removed the earlier folder must not pass for one that a killed process has left.
     const FolderLock lock(folder_);
+    copy_mode(0);
     fs::path removed = part_;
     if (renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) != 0) {
         // The file system or the kernel cannot exchange names. A process that ends in between
@@ -103,13 +135,34 @@ void OutputFolder::replace() {
     fs::remove_all(removed);
 }
 
+/// Throws Failure if the name is taken.
+void OutputFolder::rename_new() {
+    int error = 0;
+    if (renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_NOREPLACE) != 0)
+        error = errno;
+    // Some file systems and kernels do not support the flag.
+    if (error == EINVAL || error == ENOSYS) {
+        error = has_entry(folder_) ? EEXIST : 0;
+        if (error == 0) fs::rename(part_, folder_);
+    }
+    if (error == EEXIST) {
+        parents_.clear();
+        lock_.reset();  // keeps the folder
+        throw Failure(folder_.string() +
+                      ": another program has created it meanwhile; the files are in " +
+                      part_.string());
+    }
+    if (error != 0) throw std::system_error(error, std::generic_category());
+    flush_names(folder_.parent_path());
+}
+
 void OutputFolder::commit() {
     try {
         flush_files(part_);
-        if (has_entry(folder_))
+        if (replaces_ && has_entry(folder_))
             replace();
         else
-            rename_flushed(part_, folder_);
+            rename_new();
     } catch (const std::system_error& error) {
         throw Failure(folder_.string() + ": cannot write: " + error.code().message());
     }

@@ -206,8 +206,10 @@ void warn_of_missing_decays(Measurement& m) {
     const bool lengthens = m.length_s < double{Simulation::kMaxIrLength_s};
     const std::array<std::string, 2> reasons{
         formatted("the sound decays for longer than the response of %.3g s", m.length_s) +
-            (lengthens ? "; a longer --ir-length, or --ir-length auto, lets it decay"
-                       : ", the longest; more absorption shortens it"),
+            (!lengthens ? ", the longest; more absorption shortens it"
+             : m.simulation.ir_length_s
+                 ? "; a longer --ir-length, or --ir-length auto, lets it decay"
+                 : "; a longer --ir-length lets it decay"),
         "too little sound arrives after the first arrivals for a decay; there are hardly "
         "reflections"};
     for (std::size_t i = 0; i < missing.size(); ++i) {

@@ -10,6 +10,7 @@
 #include "apps/session/base/csv_text.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
+#include "apps/session/base/printable.h"
 
 namespace aula {
 
@@ -140,7 +141,8 @@ std::string report_table(const Measurement& measurement) {
     for (std::size_t s = 0; s < measurement.sources.size(); ++s) {
         const PairParameters& parameters = measurement.parameters[measurement.pair(s, 0)];
         if (s) table += '\n';
-        table += "source " + measurement.sources[s].name + '\n' + padded("Hz", kLabelWidth);
+        table += "source " + printable_line(measurement.sources[s].name) + '\n' +
+                 padded("Hz", kLabelWidth);
         for (std::size_t band = 0; band < kBandCount; ++band)
             table += padded(band_name(band), kWidth);
         table += padded("mean", kWidth) + '\n';

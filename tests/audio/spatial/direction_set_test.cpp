@@ -36,6 +36,11 @@ double nearest_deg(const Directions& directions, const Direction& to) {
 }  // namespace
 
 TEST_CASE("Sets that cover the sphere are left as they are") {
+    const auto repeated = [](const Directions& once, std::size_t times) {
+        Directions all;
+        for (std::size_t i = 0; i < times; ++i) all.insert(all.end(), once.begin(), once.end());
+        return all;
+    };
     const std::vector<std::pair<const char*, Directions>> sets{
         {"tetrahedron", unit_vectors({{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}})},
         {"octahedron", {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}},
@@ -52,7 +57,9 @@ TEST_CASE("Sets that cover the sphere are left as they are") {
         {"5 by 10 degrees", ring_directions(-90, 90, 10, 72)},
         {"20 even", uniform_directions(20)},
         {"100 even", uniform_directions(100)},
-        {"1000 even", uniform_directions(1000)}};
+        {"1000 even", uniform_directions(1000)},
+        {"15 by 15 degrees at two distances", repeated(ring_directions(-90, 90, 15, 24), 2)},
+        {"100 even at three distances", repeated(uniform_directions(100), 3)}};
     for (const auto& [name, directions] : sets) {
         CAPTURE(name);
         CHECK(closing(directions).empty());

@@ -63,3 +63,14 @@ TEST_CASE("A limit of the reflection order shortens the responses") {
     CHECK(length_s(scene) == Approx(0.3).margin(0.008));
     CHECK(all_s > 3 * length_s(scene));
 }
+
+TEST_CASE("The default length without a source is that of sources that come later") {
+    // The companion is the room of the test above, whose length without an end in it is 0.3 s.
+    const Scene scene = two_rooms(0.1F, 0.1F);
+    Scene later = scene;
+    later.sources.clear();
+    const double expected_s = length_s(scene);
+    // The decay of a place and of the whole room: both have the slope of the room.
+    CHECK(length_s(later) == Approx(expected_s).epsilon(0.1));
+    CHECK(expected_s > 1);
+}
