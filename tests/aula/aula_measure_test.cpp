@@ -143,7 +143,10 @@ TEST_CASE("Parameters without enough decay are null in JSON and a dash in the ta
     const TemporaryFolder folder;
     const std::string scene = folder.write("free.json", kFreeField);
     const std::string out = folder.path() / "out.json";
-    const ProgramResult result = measured(scene, {"--report=" + out, "--frames", "1"});
+    const ProgramResult result =
+        run_program({AULA_PROGRAM, scene, "--report=" + out, "--frames", "1"});
+    CHECK(result.status == 0);
+    CHECK(result.err.find("no T30 at 63, 125") != std::string::npos);
     CHECK(read_file(out).find("\"T30\":null") != std::string::npos);
     CHECK(result.out.find(" -") != std::string::npos);
 }

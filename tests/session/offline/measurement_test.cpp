@@ -14,6 +14,15 @@
 
 namespace {
 
+/// The warnings but those of octaves without T30, which the open has everywhere.
+std::vector<std::string> audibility_warnings(const aula::Measurement& measurement) {
+    std::vector<std::string> warnings = measurement.warnings;
+    std::erase_if(warnings, [](const std::string& warning) {
+        return warning.find("no T30 at") != std::string::npos;
+    });
+    return warnings;
+}
+
 using namespace aula;
 using test::free_field;
 using test::small_room;
@@ -202,9 +211,9 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     const auto shut = measure(two_rooms(false), {});
     REQUIRE(shut);
     CHECK(shut->audible == std::vector<char>{1, 0});
-    REQUIRE(shut->warnings.size() == 1);
-    CHECK_THAT(shut->warnings[0],
-               Catch::StartsWith("source \"next door\": not audible at the listener"));
+    const std::vector<std::string> of_shut = audibility_warnings(*shut);
+    REQUIRE(of_shut.size() == 1);
+    CHECK_THAT(of_shut[0], Catch::StartsWith("source \"next door\": not audible at the listener"));
     const auto parameters = room_parameters(*shut);
     CHECK(parameters[0][4].g_db);
     for (const BandParameters& band : parameters[1])
@@ -217,7 +226,7 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     // Companion: with half of the wall missing both are audible.
     const auto open = measure(two_rooms(true), {.frames = 20});
     CHECK(open->audible == std::vector<char>{1, 1});
-    CHECK(open->warnings.empty());
+    CHECK(audibility_warnings(*open).empty());
     CHECK(room_parameters(*open)[1][4].g_db);
 }
 
@@ -231,10 +240,10 @@ TEST_CASE("A source whose sound arrives after the end of the response is reporte
         CAPTURE(distance_m);
         CHECK(measured->inaudible[0].empty() == (distance_m < 35));
         CHECK(measured->audible == std::vector<char>{static_cast<char>(distance_m < 35)});
-        REQUIRE(measured->warnings.size() == (distance_m > 35 ? 1 : 0));
+        const std::vector<std::string> warnings = audibility_warnings(*measured);
+        REQUIRE(warnings.size() == (distance_m > 35 ? 1 : 0));
         if (distance_m < 35) continue;
-        CHECK_THAT(measured->warnings[0],
-                   Catch::Contains("its sound arrives after the end of the response"));
+        CHECK_THAT(warnings[0], Catch::Contains("its sound arrives after the end of the response"));
     }
 }
 
@@ -253,7 +262,7 @@ TEST_CASE("In the open a source is audible over the edge of a wall, and through 
         scene.objects.push_back(wall);
         CAPTURE(is_pane);
         const auto measurement = measure(scene, {.frames = 2});
-        CHECK(measurement->warnings.empty());
+        CHECK(audibility_warnings(*measurement).empty());
         CHECK(measurement->audible[0]);
         if (is_pane) continue;
         // Companion: with neither edges nor a pane there is silence.
