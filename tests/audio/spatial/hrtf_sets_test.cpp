@@ -223,7 +223,10 @@ TEST_CASE("Without high elevations the ears of a manikin above hear as with them
         gap_errors(Hrtf(kemar, kSphereRate_hz),
                    Hrtf(part_of(kemar, [](double e) { return e < 41; }), kSphereRate_hz), 1);
     CAPTURE(errors.itd_us, errors.level_db);
-    CHECK(errors.itd_us < kGapItd_us);
+    // Above a head the delay at low frequencies is up to 86 us longer than on its cone of confusion
+    // in front and behind: 382 us at the left and 64 degrees. Without the closed cap it errs by
+    // more than 500 us.
+    CHECK(errors.itd_us < 90);
     CHECK(errors.level_db < kGapLevel_db);
 }
 
