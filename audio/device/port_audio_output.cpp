@@ -332,12 +332,14 @@ class PortAudioInput final : public Input {
 }  // namespace
 
 std::vector<DeviceInfo> list_port_audio_outputs() {
-    {
-        const std::lock_guard lock(library());
-        snd_lib_error_set_handler(ignore_alsa);
-        if (!is_alsa_configured()) return {};
+    // A sound system that does not answer must not hide the devices of another one.
+    std::optional<PortAudio> port_audio;
+    try {
+        port_audio.emplace();
+    } catch (const Failure&) {
+        return {};
     }
-    return PortAudio().outputs();
+    return port_audio->outputs();
 }
 
 std::unique_ptr<Output> open_port_audio_output(const DeviceInfo& device,
