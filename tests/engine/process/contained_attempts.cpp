@@ -80,7 +80,7 @@ int main() {
     std::string what;
     std::string file;
     words >> limits >> what >> file;
-    written_file = open((file + ".written").c_str(), O_WRONLY | O_CREAT, 0600);
+    if (!file.empty()) written_file = open((file + ".written").c_str(), O_WRONLY | O_CREAT, 0600);
     if (limits == "all") aula::contain();
     if (limits == "resources") aula::limit_resources(input.size(), 1);
     if (limits == "descriptors") aula::close_descriptors();
