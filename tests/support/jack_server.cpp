@@ -59,11 +59,13 @@ int ChildProcess::wait() {
 JackServer::JackServer(int period_samples, int inputs, int sample_rate_hz) {
     setenv("JACK_NO_START_SERVER", "1", 1);
     const bool has_priority = run({"chrt", "-f", "1", "true"}) == 0;
-    // On a busy machine a server may not answer in time; another one has another name.
+    // On a busy machine a server may not answer in time; another one has another name. Otherwise
+    // the next server has the name of the last one, under which its clients wait for it.
+    static int failures = 0;
     for (int attempt = 0; attempt < 3 && !running_; ++attempt) {
         server_.reset();
         const std::string name =
-            "aula-test-" + std::to_string(getpid()) + "-" + std::to_string(attempt);
+            "aula-test-" + std::to_string(getpid()) + "-" + std::to_string(failures);
         setenv("JACK_DEFAULT_SERVER", name.c_str(), 1);
         std::vector<std::string> command{"jackd"};
         if (has_priority) {
@@ -76,6 +78,7 @@ JackServer::JackServer(int period_samples, int inputs, int sample_rate_hz) {
                         std::to_string(period_samples), "-C", std::to_string(inputs), "-P", "2"});
         server_ = std::make_unique<ChildProcess>(command);
         running_ = run({"jack_wait", "-s", name, "-w", "-t", "10"}) == 0;
+        if (!running_) ++failures;
     }
 }
 
