@@ -70,6 +70,11 @@ class DecayCurve {
     /// Estimated energy after the end of the response.
     double tail() const { return tail_; }
 
+    /// Whether a decay by that slope is distinguishable from no decay.
+    bool resolves(double slope_db_s) const {
+        return !points_.empty() && slope_db_s * points_.back().time_s <= 4 * kLeastFall_db;
+    }
+
     /// Time at which the curve, including the tail, first falls to `level_db` < 0 re its start.
     /// Empty if it never does or does so with its last arrival.
     std::optional<double> time_at(double level_db) const {
@@ -101,18 +106,21 @@ class DecayCurve {
 
  private:
     // The energies e1 and e2 of the last two quarters of the response give the late slope: with
-    // r = e2 / e1 the quarters after the end have e2 r + e2 r^2 + .. = e2 r / (1 - r). A decay by
-    // less than 0.5 dB per quarter cannot be distinguished from no decay and is treated as such.
+    // r = e2 / e1 the quarters after the end have e2 r + e2 r^2 + .. = e2 r / (1 - r).
     void extrapolate() {
         if (points_.empty()) return;
         const double end_s = points_.back().time_s;
         const double e2 = from(0.75 * end_s);
         if (!(e2 > 0)) return;
         const double e1 = from(0.5 * end_s) - e2;
-        const double r = e1 > 0 ? std::min(e2 / e1, 0.9) : 0.9;
+        const double greatest = std::pow(10, kLeastFall_db / 10);
+        const double r = e1 > 0 ? std::min(e2 / e1, greatest) : greatest;
         tail_ = e2 * r / (1 - r);
         tail_time_s_ = 0.25 * end_s / -std::log(r);
     }
+
+    /// A level that changes by less than this per quarter of the response does not decay.
+    static constexpr double kLeastFall_db = -0.5;
 
     struct Point {
         double time_s, energy;
@@ -145,7 +153,10 @@ std::optional<double> decay_time_s(const DecayCurve& curve, double from_db, doub
         variance += t * t;
     }
     const double slope_db_s = covariance / variance / (*end_s - *begin_s);
-    return slope_db_s < 0 ? finite(-60 / slope_db_s) : std::nullopt;
+    // Where a faint arrival long precedes the others, the curve stays at 0 dB and then falls at
+    // once.
+    if (!curve.resolves(slope_db_s)) return std::nullopt;
+    return finite(-60 / slope_db_s);
 }
 
 BandParameters parameters(const DecayCurve& curve) {

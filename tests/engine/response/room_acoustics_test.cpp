@@ -202,6 +202,18 @@ TEST_CASE("direct sound alone has a strength and full definition but no decay") 
     CHECK_FALSE(p.c80_db);  // would be infinite
 }
 
+TEST_CASE("a response whose first arrival is faint and long before the others has no early decay") {
+    // The curve is at 0 dB for 0.2 s. Its line over 10 dB falls by 60 dB in hours.
+    EnergyResponse r = example(2.0, 0, 1, 0.01);
+    const auto late = r.energy;
+    const auto shift = static_cast<std::size_t>(200);
+    for (std::size_t i = r.bins.count(); i-- > 0;) r.energy[i] = i < shift ? Bands{} : late[i - shift];
+    r.energy[0] = Bands::filled(1e-6F);
+    const BandParameters p = aula::room_parameters(r)[0];
+    CHECK_FALSE(p.edt_s);
+    CHECK(p.g_db);
+}
+
 TEST_CASE("no response gives NaN or infinity") {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> exponent(-38, 30);
