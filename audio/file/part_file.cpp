@@ -134,6 +134,10 @@ PartFile::~PartFile() {
 }
 
 void PartFile::commit() {
+    {
+        const std::lock_guard lock(mutex);
+        complete_ = true;
+    }
     // Otherwise a system crash may leave an empty file. Some file systems do not support it.
     if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(errno);
     // Closing a duplicate reports late errors as closing the file does; the lock, which keeps other
@@ -150,8 +154,13 @@ void PartFile::commit() {
 
 void PartFile::abandon_all() {
     mutex.lock();
-    for (const PartFile* file = first; file != nullptr; file = file->next_)
-        unlink(file->temporary_.c_str());
+    for (const PartFile* file = first; file != nullptr; file = file->next_) {
+        if (file->complete_) {
+            std::rename(file->temporary_.c_str(), file->target_.c_str());
+        } else {
+            unlink(file->temporary_.c_str());
+        }
+    }
 }
 
 }  // namespace aula

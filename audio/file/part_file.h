@@ -27,14 +27,15 @@ class PartFile {
     /// for instance if the disk is full. Nothing may be written afterwards.
     void commit();
 
-    /// Removes the unfinished files of all threads before the program exits immediately. Afterwards
-    /// constructor, destructor and commit() block.
+    /// Removes the unfinished files of all threads before the program exits immediately, and renames
+    /// those that commit() is flushing. Afterwards constructor, destructor and commit() block.
     static void abandon_all();
 
  private:
     std::filesystem::path target_;
     std::filesystem::path temporary_;  ///< in the target's folder and thus file system
     int descriptor_;
+    bool complete_ = false;     ///< commit() was called
     PartFile* next_ = nullptr;  ///< in the list of all PartFiles
 };
 

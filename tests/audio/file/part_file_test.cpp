@@ -83,6 +83,29 @@ TEST_CASE("A file is on the disk before it replaces another, which stays if that
     CHECK(names_in(folder.path()) == std::vector<std::string>{"file"});
 }
 
+TEST_CASE("A program that exits while the disk is slow keeps a complete file") {
+    const TemporaryFolder folder;
+    const auto complete = folder.write("complete", "before");
+    const auto unfinished = folder.write("unfinished", "before");
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+        observe_fsync = [](int) -> int {
+            PartFile::abandon_all();
+            _exit(0);
+        };
+        const PartFile other(unfinished);
+        write_part(complete, "after");
+        _exit(1);
+    }
+    int status = -1;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    CHECK(status == 0);
+    CHECK(read_file(complete) == "after");
+    CHECK(read_file(unfinished) == "before");
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"complete", "unfinished"});
+}
+
 TEST_CASE("A replaced file keeps its permissions, a new one has the user's defaults") {
     const TemporaryFolder folder;
     const auto old_file = folder.write("old", "before");
