@@ -116,6 +116,37 @@ Directions candidate_directions() {
 
 }  // namespace
 
+std::vector<std::size_t> distinct_directions(const Directions& positions) {
+    constexpr double kSame = 1e-3;  // 0.06 degrees; sets are measured at 1 degree at least
+    std::vector<double> distances;
+    std::vector<std::size_t> order;
+    for (const auto& p : positions) {
+        order.push_back(distances.size());
+        distances.push_back(std::hypot(double{p[0]}, double{p[1]}, double{p[2]}));
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return distances[a] > distances[b]; });
+    // By their x, so that few are compared.
+    std::multimap<double, std::array<double, 3>> found;
+    std::vector<std::size_t> kept;
+    for (const std::size_t i : order) {
+        std::array<double, 3> unit{};
+        for (std::size_t c = 0; c < 3; ++c) unit[c] = double{positions[i][c]} / distances[i];
+        const bool is_known =
+            std::any_of(found.lower_bound(unit[0] - kSame), found.upper_bound(unit[0] + kSame),
+                        [&](const auto& entry) {
+                            const std::array<double, 3>& other = entry.second;
+                            return std::hypot(other[0] - unit[0], other[1] - unit[1],
+                                              other[2] - unit[2]) < kSame;
+                        });
+        if (is_known) continue;
+        found.emplace(unit[0], unit);
+        kept.push_back(i);
+    }
+    std::sort(kept.begin(), kept.end());
+    return kept;
+}
+
 // Modified Shepard interpolation (Franke and Little 1980) between the four nearest directions,
 // weighted by (1 / angle - 1 / angle of the fifth)^2: exact at measured directions, and continuous
 // where the set of neighbours changes.
@@ -197,17 +228,8 @@ std::vector<double> quadrature_weights(const Directions& directions) {
 
 std::vector<ClosingDirection> closing_directions(const Directions& directions,
                                                  const std::vector<double>& weights) {
-    // Directions that coincide, as of a set of several distances, share a weight. The median is the
-    // share of the sphere of a direction away from gaps.
-    constexpr float kSame = 1e-3F;  // 0.06 degrees; sets are measured at 1 degree at least
-    std::map<std::array<long, 3>, double> shares;
-    for (std::size_t i = 0; i < directions.size(); ++i) {
-        std::array<long, 3> place;
-        for (std::size_t c = 0; c < 3; ++c) place[c] = std::lround(directions[i][c] / kSame);
-        shares[place] += weights[i];
-    }
-    std::vector<double> sorted;
-    for (const auto& [place, share] : shares) sorted.push_back(share);
+    // The median is the share of the sphere of a direction away from gaps.
+    std::vector<double> sorted = weights;
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double covered_rad =

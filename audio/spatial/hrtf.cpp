@@ -96,19 +96,22 @@ void check(const HeadMeasurements& measured, double sample_rate_hz) {
     }
 }
 
-/// Resampled responses, [direction][ear][sample], after kLead_samples of silence.
-std::vector<EarPair> resampled(const HeadMeasurements& measured, double sample_rate_hz) {
+/// Resampled responses of the directions `kept`, [direction][ear][sample], after kLead_samples of
+/// silence.
+std::vector<EarPair> resampled(const HeadMeasurements& measured,
+                               const std::vector<std::size_t>& kept, double sample_rate_hz) {
     // The resampler needs some 100 kB for each channel of a call.
     constexpr std::size_t kChannelsPerCall = 32;
-    const std::size_t channels = 2 * measured.positions.size();
+    const std::size_t channels = 2 * kept.size();
     const std::size_t lead = kLead_samples;
-    std::vector<EarPair> out(measured.positions.size());
+    std::vector<EarPair> out(kept.size());
     for (std::size_t first = 0; first < channels; first += kChannelsPerCall) {
         const std::size_t count = std::min(kChannelsPerCall, channels - first);
         std::vector<float> interleaved((lead + measured.samples + lead) * count);
         for (std::size_t c = 0; c < count; ++c) {
+            const std::size_t ear = (first + c) % 2;
             const float* const response =
-                measured.responses.data() + (first + c) * measured.samples;
+                measured.responses.data() + (2 * kept[(first + c) / 2] + ear) * measured.samples;
             for (std::size_t n = 0; n < measured.samples; ++n)
                 interleaved[(lead + n) * count + c] = response[n];
         }
@@ -238,20 +241,26 @@ Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
     check(measured, sample_rate_hz);
     State& s = *state_;
     s.taps = fast_fft_size(static_cast<std::size_t>(std::llround(kResponse_s * sample_rate_hz)));
-    const std::vector<EarPair> pairs = resampled(measured, sample_rate_hz);
+    // The responses are those of a far source.
+    const std::vector<std::size_t> kept = distinct_directions(measured.positions);
+    if (kept.size() < 4)
+        fail(measured, std::to_string(kept.size()) + " different directions; expected at least 4");
+    const std::vector<EarPair> pairs = resampled(measured, kept, sample_rate_hz);
     ResponseSplitter splitter(pairs[0][0].size(), s.taps, sample_rate_hz);
 
     HeadResponses& head = s.head;
     head.sample_rate_hz = sample_rate_hz;
-    for (const std::array<float, 3>& position : measured.positions) {
+    for (const std::size_t i : kept) {
+        const std::array<float, 3>& position = measured.positions[i];
         const float length = std::hypot(position[0], position[1], position[2]);
         head.directions.push_back(
             {position[0] / length, position[1] / length, position[2] / length});
     }
     std::vector<std::array<SplitResponse, 2>> responses = splitter.split(pairs);
-    for (std::size_t r = 0; r < measured.delays_samples.size(); ++r) {
+    for (std::size_t r = 0; r < 2 * kept.size(); ++r) {
         responses[r / 2][r % 2].delay_s +=
-            double{measured.delays_samples[r]} / double{measured.sample_rate_hz};
+            double{measured.delays_samples[2 * kept[r / 2] + r % 2]} /
+            double{measured.sample_rate_hz};
     }
     close_gaps(head.directions, responses);
     head.weights = quadrature_weights(head.directions);

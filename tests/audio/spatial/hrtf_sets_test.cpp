@@ -197,6 +197,29 @@ TEST_CASE("An ear that hears high frequencies later has its delay at low frequen
           Approx(measured_s).margin(kItd_s));
 }
 
+TEST_CASE("A set at several distances is heard as its most distant one") {
+    const HeadMeasurements far = spherical_head(ring_directions(-60, 60, 15, 24));
+    HeadMeasurements all = inverted(far);
+    for (auto& p : all.positions) {
+        for (float& x : p) x *= 0.25F;
+    }
+    all.positions.insert(all.positions.end(), far.positions.begin(), far.positions.end());
+    all.responses.insert(all.responses.end(), far.responses.begin(), far.responses.end());
+    all.delays_samples.insert(all.delays_samples.end(), far.delays_samples.begin(),
+                              far.delays_samples.end());
+    const Hrtf expected(far, kSphereRate_hz);
+    const Hrtf found(all, kSphereRate_hz);
+    for (int azimuth_deg = 0; azimuth_deg < 360; azimuth_deg += 7) {
+        const Direction direction = direction_at(azimuth_deg, azimuth_deg / 4 - 45);
+        const Ears a = expected.ears(direction);
+        const Ears b = found.ears(direction);
+        for (std::size_t e = 0; e < 2; ++e) {
+            CHECK(a[e].delay_s == b[e].delay_s);
+            CHECK(a[e].minimum_phase == b[e].minimum_phase);
+        }
+    }
+}
+
 TEST_CASE("Without low elevations the ears below hear as those of a full sphere") {
     const HeadMeasurements sphere = spherical_head(ring_directions(-90, 90, 5, 72));
     const Hrtf full(sphere, kSphereRate_hz);
@@ -215,6 +238,25 @@ TEST_CASE("Without low elevations the ears below hear as those of a full sphere"
     const double there_us = 1e6 * itd_s(full.ears(direction_at(90, -64)), kSphereRate_hz);
     const double nearest_us = 1e6 * itd_s(full.ears(direction_at(90, -40)), kSphereRate_hz);
     CHECK(std::abs(nearest_us - there_us) > 2 * kGapItd_us);
+}
+
+TEST_CASE("Without low elevations the ears of a dummy head below hear as with them") {
+    const std::filesystem::path folder = shared_data("hrtf");
+    const std::filesystem::path file = folder / "FHK_HRIR_L2354.sofa";
+    if (folder.empty() || !std::filesystem::exists(file)) {
+        WARN("skipped: no shared/data/hrtf with FHK_HRIR_L2354.sofa");
+        return;
+    }
+    const HeadMeasurements head = read_sofa(file);
+    for (const double lowest_deg : {-41.0, -31.0, -1.0}) {
+        const GapErrors errors =
+            gap_errors(Hrtf(head, kSphereRate_hz),
+                       Hrtf(part_of(head, [&](double e) { return e > lowest_deg; }), kSphereRate_hz),
+                       -1);
+        CAPTURE(lowest_deg, errors.itd_us, errors.level_db);
+        CHECK(errors.itd_us < kGapItd_us);
+        CHECK(errors.level_db < kGapLevel_db);
+    }
 }
 
 TEST_CASE("Without high elevations the ears of a manikin above hear as with them") {
