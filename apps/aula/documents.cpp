@@ -1,3 +1,4 @@
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -56,9 +57,11 @@ class MapFolder {
     }
 
     void write(const fs::path& file, const std::string& content) {
-        // Half of the usual limit of open files: enough for the maps of 27 sources.
-        constexpr std::size_t kMostOpen = 500;
-        if (new_folder_ || files_.size() == kMostOpen) commit_files();
+        // Half of the open files that the system allows, usually 1024: enough for the maps of 27
+        // sources.
+        rlimit files{.rlim_cur = 256, .rlim_max = 256};
+        getrlimit(RLIMIT_NOFILE, &files);
+        if (new_folder_ || files_.size() >= files.rlim_cur / 2) commit_files();
         files_.push_back(new_folder_ ? std::make_unique<OutputFile>(
                                            new_folder_->path(file.filename().string()), file)
                                      : std::make_unique<OutputFile>(file));

@@ -116,6 +116,7 @@ TEST_CASE("a full disk leaves no half shard, and the program says so") {
         CHECK(merged.status == 1);
         CHECK(merged.err.find("cannot write") != std::string::npos);
         CHECK(merged.err.find("File too large") != std::string::npos);
+        CHECK(merged.err.find(".aula-") == std::string::npos);
         CHECK(names_in(dataset) ==
               std::vector<std::string>{"plan.json", "plan.jsonl", "shard-00000.tar"});
     };

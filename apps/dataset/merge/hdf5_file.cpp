@@ -77,10 +77,11 @@ constexpr std::uint64_t kChunkElements = 4096;
 }  // namespace
 
 void Hdf5File::check(std::int64_t result) const {
-    if (result < 0) throw Failure(file_.string() + ": cannot write the HDF5 file: " + last_error());
+    if (result < 0) throw Failure(named_.string() + ": cannot write the HDF5 file: " + last_error());
 }
 
-Hdf5File::Hdf5File(std::filesystem::path file) : file_(std::move(file)) {
+Hdf5File::Hdf5File(const std::filesystem::path& file, std::filesystem::path named)
+    : named_(std::move(named)) {
     // After a failed write, as on a full disk, HDF5 would close the file again at the program's end
     // and crash.
     H5dont_atexit();
@@ -89,7 +90,7 @@ Hdf5File::Hdf5File(std::filesystem::path file) : file_(std::move(file)) {
     H5Pset_link_creation_order(order, kOrder);
     H5Pset_attr_creation_order(order, kOrder);
     H5Pset_obj_track_times(order, 0);
-    file_id_ = H5Fcreate(file_.c_str(), H5F_ACC_TRUNC, order, H5P_DEFAULT);
+    file_id_ = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, order, H5P_DEFAULT);
     check(file_id_);
 }
 

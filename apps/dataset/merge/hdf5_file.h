@@ -16,8 +16,8 @@ class Hdf5File {
     using Id = std::int64_t;
 
     /// Creates a file; an existing one is replaced. Links and attributes keep the order of their
-    /// creation, as netCDF-4 requires.
-    explicit Hdf5File(std::filesystem::path file);
+    /// creation, as netCDF-4 requires. `named`: the file in messages (MergedFolder).
+    Hdf5File(const std::filesystem::path& file, std::filesystem::path named);
     ~Hdf5File();
     Hdf5File(const Hdf5File&) = delete;
     Hdf5File& operator=(const Hdf5File&) = delete;
@@ -52,7 +52,7 @@ class Hdf5File {
     void check(std::int64_t result) const;
     void write(Id dataset, std::uint64_t row, std::int64_t memory_type, const void* data);
 
-    std::filesystem::path file_;
+    std::filesystem::path named_;
     Id file_id_ = -1;
     std::vector<Id> datasets_;
 };

@@ -24,7 +24,9 @@ class Hdf5Target : public MergeTarget {
     using Type = Hdf5File::Type;
 
     Hdf5Target(const Plan& plan, const MergeSizes& sizes, MergedFolder& folder)
-        : folder_(folder), out_(folder.path(kFile)), row_size_(plan.settings.channels()) {
+        : folder_(folder),
+          out_(folder.path(kFile), folder.named(kFile)),
+          row_size_(plan.settings.channels()) {
         if (sizes.responses == 0)
             throw InputError(plan.folder.string(), "", "has no response; expected at least one");
         const DatasetSettings& s = plan.settings;

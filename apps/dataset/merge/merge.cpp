@@ -142,8 +142,8 @@ bool merge_dataset(const Plan& plan, MergeFormat format, const std::function<boo
     const MergeSizes sizes = measure_shards(plan, continues);
     MergedFolder folder(plan.folder / format_folder(format));
     const std::unique_ptr<MergeTarget> target = make_target(plan, format, sizes, folder);
-    OutputFile index(folder.path("index.csv"));
-    OutputFile errors(folder.path("errors.csv"));
+    OutputFile index(folder.path("index.csv"), folder.named("index.csv"));
+    OutputFile errors(folder.path("errors.csv"), folder.named("errors.csv"));
     index.write(index_header());
     errors.write("item,error\n");
     std::uint64_t responses = 0;

@@ -65,19 +65,18 @@ void MergedFolder::write(const std::string& name, std::string_view content) {
     const fs::path file = path(name);
     fs::create_directories(file.parent_path());
     const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    const fs::path named = folder_ / name;
-    if (descriptor < 0) fail(named);
+    if (descriptor < 0) fail(named(name));
     for (std::string_view rest = content; !rest.empty();) {
         const ssize_t written = ::write(descriptor, rest.data(), rest.size());
         if (written < 0 && errno == EINTR) continue;
         if (written < 0) {
             const int error = errno;
             close(descriptor);
-            fail(named, std::error_code(error, std::generic_category()));
+            fail(named(name), std::error_code(error, std::generic_category()));
         }
         rest.remove_prefix(static_cast<std::size_t>(written));
     }
-    if (close(descriptor) != 0) fail(named);
+    if (close(descriptor) != 0) fail(named(name));
     sums_ += sha256(content) + "  " + name + "\n";
 }
 
@@ -89,7 +88,7 @@ void MergedFolder::list(const std::string& name) {
         file.read(bytes.data(), bytes.size());
         hash.add({bytes.data(), static_cast<std::size_t>(file.gcount())});
     } while (file);
-    if (!file.eof()) fail(folder_ / name);
+    if (!file.eof()) fail(named(name));
     sums_ += hash.hex() + "  " + name + "\n";
 }
 

@@ -19,6 +19,9 @@ class MergedFolder {
     /// The path of a file to write now.
     std::filesystem::path path(const std::string& name) const { return out_.path(name); }
 
+    /// Its path after commit(), for messages.
+    std::filesystem::path named(const std::string& name) const { return folder_ / name; }
+
     /// Writes a file; the name may have a folder. Throws Failure.
     void write(const std::string& name, std::string_view content);
 

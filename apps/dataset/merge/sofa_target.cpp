@@ -23,9 +23,9 @@ std::vector<double> numbers(const Vec3& v) { return {double{v.x}, double{v.y}, d
 /// One SOFA file.
 class SofaFile {
  public:
-    SofaFile(const std::filesystem::path& file, const Plan& plan,
+    SofaFile(const MergedFolder& folder, const std::string& name, const Plan& plan,
              const std::vector<ShardItem>& items)
-        : plan_(plan), items_(items), out_(file) {
+        : plan_(plan), items_(items), out_(folder.path(name), folder.named(name)) {
         std::size_t samples = 1;
         for (const ShardItem& item : items)
             samples = std::max(samples, static_cast<std::size_t>(item.samples));
@@ -195,7 +195,7 @@ class SofaTarget : public MergeTarget {
  private:
     void write() {
         const std::string name = file_of(items_[0]);
-        const SofaFile file(folder_.path(name), plan_, items_);
+        const SofaFile file(folder_, name, plan_, items_);
         folder_.list(name);
         items_.clear();
     }
