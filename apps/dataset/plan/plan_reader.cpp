@@ -6,6 +6,7 @@
 #include "apps/dataset/base/sha256.h"
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
+#include "engine/input/names.h"
 
 namespace aula {
 
@@ -93,7 +94,7 @@ Plan read_plan(const fs::path& folder) {
     const JsonReader settings(first, lines.name());
     const JsonReader version = settings.require("version", kExpected);
     if (version.string(kExpected) != AULA_VERSION)
-        version.fail("was planned with Aula " + version.string(kExpected) +
+        version.fail("was planned with Aula " + quoted(version.string(kExpected)) +
                      "; expected a plan of " + AULA_VERSION + ", the version of this program");
     if (settings.require("scenes", kExpected).unsigned_integer() != plan.scenes ||
         lines.offset() != plan.shards[0].offset)
