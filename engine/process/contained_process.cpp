@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <climits>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
@@ -74,10 +73,8 @@ bool has_real_time_policy() {
 std::string run_path() {
     Dl_info place{};
     link_map* binary = nullptr;
-    char origin[PATH_MAX] = "";
     if (dladdr1(reinterpret_cast<void*>(&run_path), &place, reinterpret_cast<void**>(&binary),
-                RTLD_DL_LINKMAP) == 0 ||
-        dlinfo(binary, RTLD_DI_ORIGIN, origin) != 0)
+                RTLD_DL_LINKMAP) == 0)
         return "";
     const char* strings = nullptr;
     const ElfW(Dyn)* run_path = nullptr;
@@ -88,8 +85,13 @@ std::string run_path() {
     }
     if (strings == nullptr || run_path == nullptr) return "";
     std::string folders = strings + run_path->d_un.d_val;
+    // The program of the process has no name here.
+    std::error_code error;
+    const std::filesystem::path file =
+        binary->l_name[0] != '\0' ? std::filesystem::path(binary->l_name)
+                                  : std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::string folder = file.parent_path().string();
     constexpr std::string_view kOrigin = "$ORIGIN";
-    const std::string_view folder = origin;
     for (auto at = folders.find(kOrigin); at != std::string::npos;
          at = folders.find(kOrigin, at + folder.size()))
         folders.replace(at, kOrigin.size(), folder);
