@@ -33,8 +33,8 @@ execute_process(COMMAND gzip -9 -n -k -f "${changelog}" COMMAND_ERROR_IS_FATAL A
 
 # Packages of the libraries of embedded programs, which dpkg-shlibdeps does not see.
 set(embedded_depends "")
-foreach(library IN LISTS MYSOFA_LINK_LIBRARIES HDF5_LINK_LIBRARIES)
-    if(library MATCHES "/lib(mysofa|hdf5)[^/]*\\.so$")
+foreach(library IN LISTS SNDFILE_LINK_LIBRARIES MYSOFA_LINK_LIBRARIES AULA_HDF5_LIBRARIES)
+    if(library MATCHES "/lib(sndfile|mysofa|hdf5)[^/]*\\.so$")
         file(REAL_PATH "${library}" library)
         execute_process(COMMAND dpkg-query --search "${library}"
                         OUTPUT_VARIABLE owner ERROR_QUIET RESULT_VARIABLE status)
@@ -43,6 +43,7 @@ foreach(library IN LISTS MYSOFA_LINK_LIBRARIES HDF5_LINK_LIBRARIES)
         endif()
     endif()
 endforeach()
+list(REMOVE_DUPLICATES embedded_depends)
 list(JOIN embedded_depends ", " embedded_depends)
 
 # aula_package(COMPONENT PACKAGE SECTION DEPENDS DESCRIPTION): the package of a component. Its

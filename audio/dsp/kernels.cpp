@@ -3,13 +3,7 @@
 #include <algorithm>
 #include <array>
 
-// The loader resolves the clones before sanitizers are initialised.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define AULA_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define AULA_CLONES
-#endif
+#include "process/multiversion.h"
 
 namespace aula {
 
@@ -22,7 +16,7 @@ constexpr std::size_t kSmallTile = 16;
 
 }  // namespace
 
-AULA_CLONES
+AULA_MULTIVERSION
 void filter(const float* __restrict x, const float* __restrict h, std::size_t taps,
             float* __restrict out, std::size_t samples) noexcept {
     std::size_t n = 0;
@@ -58,7 +52,7 @@ void filter(const float* __restrict x, const float* __restrict h, std::size_t ta
     }
 }
 
-AULA_CLONES
+AULA_MULTIVERSION
 float interpolate(const float* __restrict x, const float* __restrict a, const float* __restrict b,
                   float fraction) noexcept {
     constexpr std::size_t kLanes = 16;

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "engine/base/band_vector.h"
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "engine/base/band_vector.h"
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

@@ -5,9 +5,9 @@
 #include <glm/geometric.hpp>
 
 #include "engine/base/air_attenuation.h"
-#include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
 #include "engine/trace/detection_spheres.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

@@ -1,6 +1,8 @@
 #include "process/contained_process.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
+#include <link.h>
 #include <poll.h>
 #include <sched.h>
 #include <spawn.h>
@@ -14,6 +16,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -66,6 +69,45 @@ bool has_real_time_policy() {
     return policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE;
 }
 
+/// RUNPATH of the binary that contains this code, with its folder in place of $ORIGIN; or empty.
+std::string run_path() {
+    Dl_info place{};
+    link_map* binary = nullptr;
+    if (dladdr1(reinterpret_cast<void*>(&run_path), &place, reinterpret_cast<void**>(&binary),
+                RTLD_DL_LINKMAP) == 0)
+        return "";
+    const char* strings = nullptr;
+    const ElfW(Dyn)* run_path = nullptr;
+    for (const ElfW(Dyn)* entry = binary->l_ld; entry->d_tag != DT_NULL; ++entry) {
+        if (entry->d_tag == DT_STRTAB)
+            strings = reinterpret_cast<const char*>(entry->d_un.d_ptr);
+        if (entry->d_tag == DT_RUNPATH) run_path = entry;
+    }
+    if (strings == nullptr || run_path == nullptr) return "";
+    std::string folders = strings + run_path->d_un.d_val;
+    // The program of the process has no name here.
+    std::error_code error;
+    const std::filesystem::path file =
+        binary->l_name[0] != '\0' ? std::filesystem::path(binary->l_name)
+                                  : std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::string folder = file.parent_path().string();
+    constexpr std::string_view kOrigin = "$ORIGIN";
+    for (auto at = folders.find(kOrigin); at != std::string::npos;
+         at = folders.find(kOrigin, at + folder.size()))
+        folders.replace(at, kOrigin.size(), folder);
+    return folders;
+}
+
+/// Where the program finds its libraries, as LD_LIBRARY_PATH: in the folders in which the binary
+/// that contains this code finds its own. The program itself, in memory, has no $ORIGIN.
+std::string library_folders() {
+    const char* const inherited = std::getenv("LD_LIBRARY_PATH");
+    std::string folders = inherited != nullptr ? inherited : "";
+    const std::string own = run_path();
+    if (!folders.empty() && !own.empty()) folders += ':';
+    return folders + own;
+}
+
 /// Starts the program that reads `input` and writes to `output`. Returns 0, or an error.
 int start(const Descriptor& program, const Descriptor& input, const Descriptor& output, pid_t& id) {
     posix_spawn_file_actions_t files;
@@ -95,9 +137,9 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
     char* const arguments[] = {name.data(), nullptr};
     // Of the environment only what finds the libraries: preloaded libraries and settings of
     // malloc() and HDF5 may need system calls that are forbidden to the process.
-    const char* const folders = std::getenv("LD_LIBRARY_PATH");
-    std::string libraries = std::string("LD_LIBRARY_PATH=") + (folders != nullptr ? folders : "");
-    char* const environment[] = {folders != nullptr ? libraries.data() : nullptr, nullptr};
+    const std::string folders = library_folders();
+    std::string libraries = "LD_LIBRARY_PATH=" + folders;
+    char* const environment[] = {folders.empty() ? nullptr : libraries.data(), nullptr};
     const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environment);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);

@@ -16,8 +16,8 @@ namespace aula {
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
 /// allocate without limit. Its program is embedded in the host's, is executed from memory, and
 /// confines itself (contain()). It reads the file from standard input and answers on standard
-/// output; of the environment it has LD_LIBRARY_PATH only. The destructor kills it and waits for
-/// it, by its process id only.
+/// output; its environment holds LD_LIBRARY_PATH only, with the folders in which the host's binary
+/// finds its libraries. The destructor kills it and waits for it, by its process id only.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular

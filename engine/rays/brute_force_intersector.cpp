@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "aula/engine/scene.h"
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

@@ -69,7 +69,8 @@ std::vector<RayScene::Twin> find_twins(const RayScene& scene) {
 RTCDevice new_device() {
     RTCDevice device = rtcNewDevice("threads=1,set_affinity=0,hugepages=1");
     if (!device && rtcGetDeviceError(nullptr) == RTC_ERROR_UNSUPPORTED_CPU)
-        throw InputError("the processor cannot trace rays; expected x86-64 with SSE2");
+        throw InputError(
+            "the processor cannot trace rays; expected x86-64 with SSE2 or AArch64 with NEON");
     if (!device) throw std::bad_alloc();
     return device;
 }

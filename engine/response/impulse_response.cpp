@@ -7,9 +7,9 @@
 #include <mutex>
 #include <utility>
 
-#include "engine/base/multiversion.h"
 #include "engine/response/directional_covariance.h"
 #include "engine/response/noise_carriers.h"
+#include "process/multiversion.h"
 
 namespace aula {
 namespace {

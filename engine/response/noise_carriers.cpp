@@ -5,9 +5,9 @@
 #include <cmath>
 #include <span>
 
-#include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
 #include "engine/response/octave_bank.h"
+#include "process/multiversion.h"
 
 namespace aula {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 // A Butterworth low-pass and high-pass of odd order N at the same edge are half the sum and half

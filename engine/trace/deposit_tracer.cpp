@@ -3,7 +3,7 @@
 #include <array>
 
 #include "engine/base/band_vector.h"
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

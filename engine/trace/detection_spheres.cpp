@@ -5,7 +5,7 @@
 
 #include "engine/base/air_attenuation.h"
 #include "engine/base/band_vector.h"
-#include "engine/base/multiversion.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

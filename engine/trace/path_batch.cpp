@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "engine/base/air_attenuation.h"
-#include "engine/base/multiversion.h"
 #include "engine/base/sampling.h"
+#include "process/multiversion.h"
 
 namespace aula {
 

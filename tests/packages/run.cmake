@@ -19,13 +19,13 @@ if(CASE STREQUAL "build")
             message(FATAL_ERROR "no package ${name} in ${packages}")
         endif()
     endforeach()
-    # The libraries of the programs that are embedded in the binaries, and the default HRTF.
+    # The libraries of the programs that are embedded in the binaries.
     foreach(package IN LISTS packages)
         execute_process(COMMAND dpkg-deb --field "${package}" Package Depends
                         OUTPUT_VARIABLE fields COMMAND_ERROR_IS_FATAL ANY)
         if(NOT fields MATCHES "Package: libaula-dev" AND
-           NOT (fields MATCHES "libmysofa1" AND fields MATCHES "libhdf5-"))
-            message(FATAL_ERROR "${package} does not depend on libmysofa1 and libhdf5: ${fields}")
+           NOT (fields MATCHES "libmysofa1" AND fields MATCHES "libsndfile1"))
+            message(FATAL_ERROR "${package} does not depend on libmysofa1 and libsndfile1: ${fields}")
         endif()
     endforeach()
     # Nothing outside the prefix.

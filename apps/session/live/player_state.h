@@ -52,7 +52,6 @@ struct Player::State {
     PoseLatency latency(double frame_period_ms) const;
 
     std::vector<std::string> warnings;
-    std::unique_ptr<Monitor> monitor;
     LatencyCounts compute_time;
 
     std::mutex mutex;  ///< protects the following members
@@ -74,7 +73,9 @@ struct Player::State {
     std::optional<LiveLoad> load;              ///< of what plays
     std::optional<double> longest_response_s;  ///< with which frames are in time; empty: any
 
-    std::unique_ptr<AudioDevice> device;  ///< destroyed before the mixer that it calls
+    // Destroyed before the mixer that they use, also if the constructor throws.
+    std::unique_ptr<Monitor> monitor;
+    std::unique_ptr<AudioDevice> device;
     std::unique_ptr<ChangePreparer> changes;
 };
 

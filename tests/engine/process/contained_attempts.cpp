@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
@@ -47,6 +48,15 @@ std::int32_t count_variables() {
     return count;
 }
 
+/// The number of folders of LD_LIBRARY_PATH; 0 unless the last one is beside/, by its whole path.
+std::int32_t count_library_folders() {
+    const char* const variable = std::getenv("LD_LIBRARY_PATH");
+    const std::string folders = variable != nullptr ? variable : "";
+    const std::string last = folders.substr(folders.rfind(':') + 1);
+    if (!last.starts_with('/') || !last.ends_with("/beside")) return 0;
+    return static_cast<std::int32_t>(1 + std::count(folders.begin(), folders.end(), ':'));
+}
+
 std::int32_t attempt(const std::string& what, const std::string& file) {
     if (what == "nothing") return 0;
     if (what == "open") return error_of(open(file.c_str(), O_RDONLY));
@@ -61,6 +71,7 @@ std::int32_t attempt(const std::string& what, const std::string& file) {
     if (what == "code") return map_code();
     if (what == "descriptors") return count_descriptors();
     if (what == "environment") return count_variables();
+    if (what == "library-folders") return count_library_folders();
     if (what == "memory") return std::vector<char>(aula::kContainedMemory_bytes)[zero];
     if (what == "crash") return *reinterpret_cast<volatile char*>(zero);
     if (what == "abort") std::abort();

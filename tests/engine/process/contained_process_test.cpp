@@ -136,15 +136,22 @@ TEST_CASE("a contained program has no descriptor of the host") {
     close(inherited);
 }
 
-TEST_CASE("a contained program has no environment but the folders of libraries") {
+// This program's RUNPATH is $ORIGIN/beside.
+TEST_CASE("a contained program has no environment but the folders of the host's libraries") {
     const char* const folders = std::getenv("LD_LIBRARY_PATH");
     const std::string before = folders != nullptr ? folders : "";
     setenv("LD_PRELOAD_OF_A_HOST", "library", 1);
     unsetenv("LD_LIBRARY_PATH");
-    CHECK(attempted("none", "environment").answer == 0);
-    setenv("LD_LIBRARY_PATH", before.c_str(), 1);
     CHECK(attempted("none", "environment").answer == 1);
-    if (folders == nullptr) unsetenv("LD_LIBRARY_PATH");
+    CHECK(attempted("none", "library-folders").answer == 1);
+    setenv("LD_LIBRARY_PATH", ("/none:" + before).c_str(), 1);
+    CHECK(attempted("none", "environment").answer == 1);
+    CHECK(attempted("none", "library-folders").answer >= 3);
+    if (folders == nullptr) {
+        unsetenv("LD_LIBRARY_PATH");
+    } else {
+        setenv("LD_LIBRARY_PATH", before.c_str(), 1);
+    }
 }
 
 TEST_CASE("a file that is larger than the address space is an error, not an empty file") {

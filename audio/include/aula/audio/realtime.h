@@ -45,10 +45,10 @@ class RealtimePriority {
 };
 
 /// Flushes denormal numbers to zero on this thread while the object exists; decayed signals would
-/// otherwise cost many times more. Does nothing without SSE. [audio thread]
+/// otherwise cost many times more. On x86 with SSE and on AArch64. [audio thread]
 class FlushDenormals {
  public:
-    /// Sets the flush-to-zero and denormals-are-zero modes of this thread.
+    /// Flushes denormal results and operands on this thread.
     FlushDenormals() noexcept;
     /// Restores the modes before; must run on the same thread.
     ~FlushDenormals();
