@@ -11,6 +11,7 @@ int list_devices();
 int list_materials(const Arguments& arguments);
 int show_info(const Arguments& arguments);
 int check_scene(const Arguments& arguments);
+int import_model(const Arguments& arguments);
 int play(const Arguments& arguments);
 int render(const Arguments& arguments);
 int measure(const Arguments& arguments);

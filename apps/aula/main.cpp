@@ -65,6 +65,8 @@ int run(const Arguments& arguments) {
             return unless_interrupted(show_info(arguments));
         case Command::check:
             return check(arguments);
+        case Command::import:
+            return unless_interrupted(import_model(arguments));
         case Command::play:
             return play(arguments);
         case Command::render:

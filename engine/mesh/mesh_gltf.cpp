@@ -13,6 +13,7 @@
 #include "engine/input/scalar_bytes.h"
 #include "engine/mesh/gltf_accessors.h"
 #include "engine/mesh/gltf_json.h"
+#include "engine/mesh/gltf_places.h"
 #include "engine/mesh/mesh_builder.h"
 #include "engine/mesh/mesh_readers.h"
 
@@ -97,6 +98,7 @@ class GltfReader {
           meshes_(gltf_list(root, "meshes")),
           nodes_(gltf_list(root, "nodes")),
           materials_(gltf_list(root, "materials")),
+          places_(root),
           requires_draco_(requires_gltf_extension(root, kDraco)) {}
 
     ImportedMesh read() {
@@ -127,9 +129,18 @@ class GltfReader {
             if (const auto mesh = node.find("mesh")) {
                 add_mesh(meshes_[gltf_index(*mesh, meshes_.size(), "meshes")], transform);
             }
+            places_.add(node, transform);
             open_all(gltf_list(node, "children"), transform);
         }
-        return builder_.take();
+        ImportedMesh mesh = builder_.take();
+        mesh.places = places_.take();
+        for (const JsonReader& material : materials_) {
+            const auto name = material.find("name");
+            const auto extras = material.find("extras");
+            if (name && extras && extras->is_object())
+                mesh.material_extras.emplace_back(name->string("a name"), extras->value());
+        }
+        return mesh;
     }
 
  private:
@@ -226,6 +237,7 @@ class GltfReader {
     const JsonReader& root_;
     GltfAccessors accessors_;
     std::vector<JsonReader> meshes_, nodes_, materials_;
+    GltfPlaces places_;
     bool requires_draco_;
     std::uint64_t primitive_count_ = 0;
     MeshBuilder builder_;

@@ -4,11 +4,26 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/vec3.h"
+#include "engine/input/json.h"
 
 namespace aula {
+
+/// A place in a model that stands for a source or the listener.
+struct ImportedPlace {
+    enum class Kind { source, listener };
+
+    Kind kind = Kind::source;
+    std::string name;   ///< of its node
+    Vec3 position{0};   ///< in the axes and units of the file
+    Vec3 front{0};      ///< where it looks; not normalized
+    double gain = 1;    ///< linear
+    bool loop = false;  ///< whether the sound is repeated
+    std::string sound;  ///< a file beside the model; empty: none
+};
 
 /// The triangles of a mesh file with node transforms applied, in the axes and units of the file.
 /// Triangles without area, points and lines are omitted.
@@ -18,6 +33,11 @@ struct ImportedMesh {
     std::vector<std::uint32_t> triangle_materials;  ///< index into material_names
     std::vector<std::string> material_names;        ///< as in the file, each once
     std::vector<std::filesystem::path> files;       ///< all files read
+
+    // Only glTF has these.
+    std::vector<ImportedPlace> places;
+    /// The "extras" of materials by their names: an object, or nothing.
+    std::vector<std::pair<std::string, JsonValue>> material_extras;
 };
 
 /// Limits of a mesh file.

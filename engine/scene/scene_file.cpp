@@ -7,13 +7,11 @@
 #include "aula/exception.h"
 #include "engine/input/names.h"
 #include "engine/scene/scene_geometry.h"
+#include "engine/scene/scene_reading.h"
 #include "engine/scene/scene_values.h"
-#include "process/regular_file.h"
 
 namespace aula {
 namespace {
-
-constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20U;
 
 // Checks that names are unique; stores the location of each.
 class UniqueNames {
@@ -262,15 +260,15 @@ void warn_if_outside(const std::string& name, const JsonReader& json, const Vec3
 SceneErrors::SceneErrors(std::vector<std::string> messages)
     : InputError(messages.front()), messages_(std::move(messages)) {}
 
-LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
-    return parse_scene(read_regular_file(file, kMaxBytes, "a scene file"), file.string(),
-                       file.parent_path(), signals);
-}
-
 LoadedScene parse_scene(const std::string& text, const std::string& name,
                         const std::filesystem::path& folder, SignalFiles signals) {
+    return read_scene(parse_json(text, name), name, folder, signals);
+}
+
+LoadedScene read_scene(JsonValue json, const std::string& name, const std::filesystem::path& folder,
+                       SignalFiles signals) {
     LoadedScene loaded;
-    loaded.json = std::make_shared<const JsonValue>(parse_json(text, name));
+    loaded.json = std::make_shared<const JsonValue>(std::move(json));
     JsonErrors errors;
     const JsonReader root(*loaded.json, name, &errors);
     Scene& scene = loaded.scene;

@@ -21,8 +21,8 @@ struct Part {
 
 const std::array kParts = {
     Part{"engine",
-         {"process", "base", "input", "mesh", "scene", "response", "rays", "edges", "direct",
-          "patches", "trace", "cache", "estimate", ""},
+         {"process", "base", "input", "mesh", "scene", "response", "rays", "model", "edges",
+          "direct", "patches", "trace", "cache", "estimate", ""},
          {"process"}},
     Part{"audio",
          {"base", "dsp", "convolution", "spatial", "render", "file", "device"},

@@ -161,7 +161,7 @@ class Options {
         app_.add_flag("--list-devices", list_devices_);
     }
 
-    /// Options of the commands `map` and `report`, which other commands do not have.
+    /// Options of the commands `map`, `report` and `import`, which other commands do not have.
     void add_documents() {
         path("--html", html_);
         app_.add_option("--receiver", receivers_)->allow_extra_args(false);
@@ -175,6 +175,11 @@ class Options {
         real("--spacing", 1e6, "metres above 0",
              [this](double m) { arguments_.map_spacing_m = m; });
         app_.add_flag("--interaural", arguments_.map_interaural);
+        // The limit of "scale" in scene files.
+        real("--scale", 1e6, "metres per unit of the model, above 0",
+             [this](double scale) { arguments_.model.scale = scale; });
+        choice<bool>("--up", {{"y", true}, {"z", false}},
+                     [this](bool y_up) { arguments_.model.y_is_up = y_up; });
     }
 
     void add_positions() {
@@ -286,6 +291,7 @@ class Options {
         if (!words_.empty() && words_[0] == "materials") word = Command::materials;
         if (!words_.empty() && words_[0] == "info") word = Command::info;
         if (!words_.empty() && words_[0] == "check") word = Command::check;
+        if (!words_.empty() && words_[0] == "import") word = Command::import;
         if (!words_.empty() && words_[0] == "map") word = Command::map;
         if (!words_.empty() && words_[0] == "report") word = Command::report;
         if (word == Command::materials) return materials_command();
@@ -341,7 +347,7 @@ class Options {
         return Arguments::Command::materials;
     }
 
-    /// Takes the options of the commands `map` and `report`; refuses them for other commands.
+    /// Takes the options of the commands `map`, `report` and `import`; refuses them for others.
     void read_documents(Arguments::Command word) {
         using Command = Arguments::Command;
         const auto refuse = [&](Command owner, const char* command, const char* name) {
@@ -349,12 +355,15 @@ class Options {
                 throw InputError(std::string(name) + ": is used without " + command +
                                  "; expected aula " + command);
         };
-        for (const char* const name : {"--out", "--height", "--spacing", "--interaural"})
+        if (word != Command::import) refuse(Command::map, "map", "--out");
+        for (const char* const name : {"--height", "--spacing", "--interaural"})
             refuse(Command::map, "map", name);
+        for (const char* const name : {"--scale", "--up"}) refuse(Command::import, "import", name);
         for (const char* const name : {"--html", "--receiver"})
             refuse(Command::report, "report", name);
         if (word == Command::map || word == Command::report)
             refuse_options_of_sound(word == Command::map ? "map" : "report");
+        if (word == Command::import && out_) arguments_.out = *out_;
         if (word == Command::map) {
             if (!out_)
                 throw InputError("map: has no --out; expected --out and the name of a folder");

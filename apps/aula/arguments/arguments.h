@@ -12,6 +12,7 @@
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"
 #include "aula/measurement.h"
+#include "engine/model/model_scene.h"
 
 namespace aula {
 
@@ -30,6 +31,7 @@ struct Arguments {
         materials,
         info,
         check,
+        import,
         play,
         render,
         measure,
@@ -48,7 +50,9 @@ struct Arguments {
     bool report = false;
     std::optional<int> frames;
     double bin_s = 1e-3;
-    std::filesystem::path out;  ///< folder of Command::map
+    /// Folder of Command::map; file of Command::import, empty: standard output.
+    std::filesystem::path out;
+    ModelOptions model;  ///< of Command::import
     double map_height_m = kMapHeight_m;
     double map_spacing_m = kMapSpacing_m;
     bool map_interaural = false;           ///< true: maps of IACC, too

@@ -13,12 +13,15 @@ usage: aula SCENE [options]                play live on the audio device
        aula report SCENE --html OUT.html   write the ISO 3382 parameters, with plots, as a document
        aula info SCENE                     print size, surface area, reverberation time
        aula check SCENE                    read all files, print all errors
+       aula import MODEL [--out SCENE.json]
+                                           write the scene of a model, for editing
        aula materials [list]               list the materials that ship with Aula
        aula materials show NAME            print the coefficients of one of them as bars
        aula dataset plan|run|status|slurm|merge ...
                                            make many responses of random rooms (docs/datasets.md)
 
-SCENE is a JSON file (docs/scene_format.md). A file named like a command is opened as ./info. A name
+SCENE is a JSON file (docs/scene_format.md), or a model: OBJ, glTF, GLB, PLY or STL. What a model
+does not say is guessed and printed (docs/from_model_to_sound.md). A file named like a command is opened as ./info. A name
 without a slash that is no file is the name of a scene that ships: aula two_rooms.
 The listener follows the path of the scene; w a s d and the arrow keys move it, in the terminal only
 if it has no path. In the window ? shows the keys (docs/app.md); in the terminal q quits.
@@ -51,6 +54,11 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
 report (with --frames, --speech-level, --noise-level, positions and simulation)
   --html OUT.html        one file with plan, parameters, plots, conditions and materials
   --receiver NAME=X,Y,Z  a receiver in place of the listener; may be repeated
+
+import
+  --out SCENE.json       the scene file, which must not exist [standard output]
+  --scale S              metres per unit of the model [guessed]
+  --up y|z               the vertical axis of the model [guessed; glTF: y]
 
 positions (metres, x front, y left, z up)
   --position X,Y,Z               static listener at this position, in place of the scene's

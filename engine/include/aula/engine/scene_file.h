@@ -40,8 +40,9 @@ struct LoadedScene {
 enum class SignalFiles { required, optional };
 
 /// Reads a scene file (JSON with comments, docs/scene_format.md) with its meshes. File names in it
-/// are relative to its folder. Throws SceneErrors for wrong content, and InputError if the file
-/// cannot be read or is not valid JSON.
+/// are relative to its folder. A mesh file (.obj, .gltf, .glb, .ply, .stl) is a scene, too: what it
+/// does not say is guessed (docs/from_model_to_sound.md), and each guess is a warning. Throws
+/// SceneErrors for wrong content, and InputError if the file cannot be read or is not valid JSON.
 LoadedScene load_scene(const std::filesystem::path& file,
                        SignalFiles signals = SignalFiles::required);
 

@@ -1,0 +1,58 @@
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include "apps/aula/commands.h"
+#include "apps/session/base/json_text.h"
+#include "apps/session/base/output_file.h"
+#include "apps/session/base/printable.h"
+#include "aula/exception.h"
+#include "engine/model/model_scene.h"
+
+namespace aula {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A scene file with comments on what was guessed.
+std::string scene_text(const fs::path& file, const ModelScene& model) {
+    std::string text = "// The scene of " + printable_line(file.filename().string()) +
+                       ", for editing (docs/scene_format.md).\n";
+    if (!model.guesses.empty()) text += "// The model does not say, and Aula has guessed:\n";
+    for (const std::string& guess : model.guesses) text += "// * " + printable_line(guess) + "\n";
+    return text + json_text(model.json) + "\n";
+}
+
+}  // namespace
+
+int import_model(const Arguments& arguments) {
+    const fs::path& file = arguments.scene;
+    if (!is_model(file))
+        throw InputError(file.string(), "",
+                         "is no model that Aula reads; expected .obj, .gltf, .glb, .ply or .stl "
+                         "(assimp export MODEL MODEL.glb converts others)");
+    const fs::path& out = arguments.out;
+    // It may have been edited since an earlier import.
+    std::error_code error;
+    if (!out.empty() && fs::exists(fs::symlink_status(out, error)))
+        throw InputError("--out", "", out.string() + " exists; expected a new name");
+    const ModelScene model = scene_of_model(file, out.parent_path(), arguments.model);
+    const std::string text = scene_text(file, model);
+    // What glTF says of materials may be wrong.
+    warn(parse_scene(text, file.string(), out.parent_path()).warnings, arguments.quiet);
+    if (out.empty()) {
+        std::fputs(text.c_str(), stdout);
+    } else {
+        OutputFile written(out);
+        written.write(text);
+        written.commit();
+    }
+    if (arguments.quiet) return 0;
+    for (const std::string& guess : model.guesses)
+        std::fprintf(stderr, "aula: guessed %s\n", printable_line(guess).c_str());
+    return 0;
+}
+
+}  // namespace aula

@@ -1,0 +1,25 @@
+#include <cstdint>
+#include <utility>
+
+#include "aula/engine/scene_file.h"
+#include "engine/model/model_scene.h"
+#include "engine/scene/scene_reading.h"
+#include "process/regular_file.h"
+
+namespace aula {
+
+LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
+    constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20U;
+    const std::filesystem::path folder = file.parent_path();
+    const std::string name = file.string();
+    if (!is_model(file))
+        return parse_scene(read_regular_file(file, kMaxBytes, "a scene file"), name, folder,
+                           signals);
+    ModelScene model = scene_of_model(file, folder);
+    LoadedScene loaded = read_scene(std::move(model.json), name, folder, signals);
+    for (std::string& guess : model.guesses)
+        loaded.warnings.push_back(name + ": guessed " + std::move(guess));
+    return loaded;
+}
+
+}  // namespace aula
