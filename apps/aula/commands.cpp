@@ -14,7 +14,6 @@
 #include "apps/session/base/printable.h"
 #include "apps/session/frames/signals.h"
 #include "aula/devices/device.h"
-#include "aula/engine/material_library.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
@@ -245,49 +244,6 @@ int list_devices() {
                     device.index, width, device.name.c_str(), device.host_api.c_str(),
                     device.output_channels, device.sample_rate_hz, 1000 * device.latency_s);
     std::printf("* the default\n");
-    return 0;
-}
-
-/// Prints band values as whole numbers of a unit, each with a bar of up to 40 characters.
-void print_curve(const char* label, const Bands& values, float full, const char* unit) {
-    std::printf("%s\n", label);
-    for (std::size_t band = 0; band < kBandCount; ++band) {
-        const auto value = static_cast<double>(values[band]);
-        const std::string bar(static_cast<std::size_t>(40 * value / static_cast<double>(full)),
-                              '#');
-        std::printf("  %5.0f Hz %3ld %s |%s\n", static_cast<double>(kBandCentres_hz[band]),
-                    std::lround(value), unit, bar.c_str());
-    }
-}
-
-int show_material(const std::string& name) {
-    const std::vector<LibraryMaterial> library = material_library();
-    for (const LibraryMaterial& entry : library) {
-        if (entry.material.name != name) continue;
-        std::printf("%s\n%s\n", name.c_str(), entry.source.c_str());
-        print_curve("absorption", entry.material.absorption * 100, 100, "%");
-        print_curve("scattering", entry.material.scattering * 100, 100, "%");
-        if (entry.material.sound_reduction_db)
-            print_curve("sound reduction index", *entry.material.sound_reduction_db,
-                        Material::kHighestSoundReduction_db, "dB");
-        return 0;
-    }
-    throw InputError(
-        "materials", "",
-        "no material \"" + name + "\"; expected a name that aula materials list prints");
-}
-
-int list_materials(const Arguments& arguments) {
-    if (arguments.material) return show_material(*arguments.material);
-    print_band_names();
-    for (const LibraryMaterial& entry : material_library()) {
-        std::printf("\n%s\n", entry.material.name.c_str());
-        print_row("  absorption", entry.material.absorption, 2);
-        print_row("  scattering", entry.material.scattering, 2);
-        if (entry.material.sound_reduction_db)
-            print_row("  reduction dB", *entry.material.sound_reduction_db, 0);
-        std::printf("  %s\n", entry.source.c_str());
-    }
     return 0;
 }
 

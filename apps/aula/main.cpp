@@ -52,7 +52,7 @@ int run(const Arguments& arguments) {
     using Command = Arguments::Command;
     switch (arguments.command) {
         case Command::help:
-            std::fputs(help_text(), stdout);
+            std::fputs(help_text(arguments.help).c_str(), stdout);
             return 0;
         case Command::version:
             std::printf("aula %s with %s\n", AULA_VERSION, ray_library().c_str());

@@ -439,14 +439,11 @@ Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium) {
 
 Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium) {
     constexpr float kMaxAbsorption = 0.999F;
-    constexpr float kLongest_s = 100;
     if (!(survey.mean_free_path_m > 0)) return {};
     Bands absorption = survey.mean_absorption;
     for (float& a : absorption.value) a = std::min(a, kMaxAbsorption);
-    Bands time_s = eyring_time_s(survey.mean_free_path_m, absorption, medium.attenuation_per_m(),
-                                 double{medium.speed_of_sound_m_s()});
-    for (float& time : time_s.value) time = std::min(time, kLongest_s);
-    return time_s;
+    return eyring_time_s(survey.mean_free_path_m, absorption, medium.attenuation_per_m(),
+                         double{medium.speed_of_sound_m_s()});
 }
 
 }  // namespace aula

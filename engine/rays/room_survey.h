@@ -90,8 +90,8 @@ std::vector<Vec3> inside_room(const RayScene& scene, std::span<const Vec3> posit
 /// Sabine's reverberation time of each band in s, including air absorption; infinite without loss.
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium);
 
-/// Eyring's reverberation time of each band in s, including air absorption, at most 100 s; 0 in the
-/// open.
+/// Eyring's reverberation time of each band in s, including air absorption; infinite without loss,
+/// 0 in the open.
 Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium);
 
 }  // namespace aula

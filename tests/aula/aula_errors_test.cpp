@@ -275,6 +275,19 @@ TEST_CASE("Help and version go to standard output with status 0") {
         INFO(option);
         CHECK(help.out.find(option) != std::string::npos);
     }
+    // Of a command only what concerns it.
+    const ProgramResult map = aula_with({"map", "--help"});
+    CHECK(map.status == 0);
+    for (const char* const part : {"aula map SCENE", "--spacing", "--rays", "--position"})
+        CHECK(map.out.find(part) != std::string::npos);
+    for (const char* const part : {"--hrtf", "--html", "--osc", "aula info"})
+        CHECK(map.out.find(part) == std::string::npos);
+    for (const char* const command :
+         {"report", "info", "check", "import", "materials", "dataset"}) {
+        const ProgramResult of_command = aula_with({command, "--help"});
+        CHECK(of_command.out.find(std::string("aula ") + command) != std::string::npos);
+        CHECK(of_command.out.size() < help.out.size() / 2);
+    }
     const ProgramResult version = aula_with({"--version"});
     REQUIRE(version.status == 0);
     CHECK(std::regex_match(version.out,
@@ -421,10 +434,18 @@ TEST_CASE("A material is printed with its curves, and an unknown one is an error
     CHECK(partition.out.find("1000 Hz  47 dB") != std::string::npos);
     const ProgramResult list = aula_with({"materials", "list"});
     CHECK(list.status == 0);
-    CHECK(list.out.find("reduction dB") != std::string::npos);
-    const ProgramResult unknown = aula_with({"materials", "show", "no such"});
+    std::istringstream lines(list.out);
+    for (std::string line; std::getline(lines, line);) CHECK(line.size() <= 80);
+    const ProgramResult unknown = aula_with({"materials", "show", "gras"});
     CHECK(unknown.status == 2);
-    CHECK(unknown.err.find("no such") != std::string::npos);
+    CHECK(unknown.err.find("\"gras\", did you mean \"grass\"?") != std::string::npos);
+    // A part of names, and a word of another language.
+    const ProgramResult seats = aula_with({"materials", "Seats"});
+    CHECK(seats.out.find("\nleather_seats ") != std::string::npos);
+    CHECK(seats.out.find("\nupholstered_seats ") != std::string::npos);
+    CHECK(seats.out.find("carpet") == std::string::npos);
+    CHECK(aula_with({"materials", "Teppich"}).out.find("\ncarpet ") != std::string::npos);
+    CHECK(aula_with({"materials", "xyz"}).status == 2);
     CHECK(aula_with({"materials", "show"}).status == 2);
 }
 

@@ -284,7 +284,10 @@ class Options {
 
     Arguments::Command command() {
         using Command = Arguments::Command;
-        if (help_) return Command::help;
+        if (help_) {
+            if (!words_.empty()) arguments_.help = words_[0];
+            return Command::help;
+        }
         if (version_) return Command::version;
         read_source_positions();
         Command word = Command::play;
@@ -335,14 +338,17 @@ class Options {
         return measures ? Command::measure : offline_ ? Command::render : Command::play;
     }
 
-    /// Parses `materials`, `materials list` and `materials show NAME`.
+    /// Parses `materials`, `materials list`, `materials WORD` and `materials show NAME`.
     Arguments::Command materials_command() {
         const std::string what = words_.size() > 1 ? words_[1] : "list";
         if (what == "show" && words_.size() == 3) {
             arguments_.material = words_[2];
-        } else if (what != "list" || words_.size() > 2) {
+        } else if (what == "show" || words_.size() > 2) {
             throw InputError("materials: \"" + words_.back() +
-                             "\" is not usable; expected list, or show and the name of a material");
+                             "\" is not usable; expected list, a word, or show and the name of a "
+                             "material");
+        } else if (what != "list") {
+            arguments_.material_word = what;
         }
         return Arguments::Command::materials;
     }

@@ -41,10 +41,12 @@ struct Arguments {
     };
 
     Command command = Command::play;
+    std::string help;  ///< Command::help: the command that it is asked of; empty: the program
     std::filesystem::path scene;
-    std::optional<std::string> material;      ///< `materials show`: its name
-    std::filesystem::path offline;            ///< output of Command::render
-    std::optional<std::filesystem::path> ir;  ///< outputs of Command::measure
+    std::optional<std::string> material;       ///< `materials show`: its name
+    std::optional<std::string> material_word;  ///< `materials WORD`: a search
+    std::filesystem::path offline;             ///< output of Command::render
+    std::optional<std::filesystem::path> ir;   ///< outputs of Command::measure
     std::optional<std::filesystem::path> echogram;
     std::optional<std::filesystem::path> report_json;
     bool report = false;
@@ -75,7 +77,7 @@ struct Arguments {
 /// Parses the command line. Throws InputError: one line that begins with the option.
 Arguments read_arguments(int argc, const char* const* argv);
 
-/// The text of --help.
-const char* help_text();
+/// The text of --help; of `aula COMMAND --help` the parts that concern the command.
+std::string help_text(const std::string& command);
 
 }  // namespace aula

@@ -1,9 +1,17 @@
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "apps/aula/arguments/arguments.h"
 
 namespace aula {
 
-const char* help_text() {
-    return R"(Aula simulates room acoustics in real time: it propagates sound through a scene and plays
+namespace {
+
+constexpr const char* kText =
+    R"(Aula simulates room acoustics in real time: it propagates sound through a scene and plays
 what arrives at the listener.
 
 usage: aula SCENE [options]                play live on the audio device
@@ -15,7 +23,8 @@ usage: aula SCENE [options]                play live on the audio device
        aula check SCENE                    read all files, print all errors
        aula import MODEL [--out SCENE.json]
                                            write the scene of a model, for editing
-       aula materials [list]               list the materials that ship with Aula
+       aula materials [WORD]               list the materials that ship with Aula, or those whose
+                                           names contain or mean a word
        aula materials show NAME            print the coefficients of one of them as bars
        aula dataset plan|run|status|slurm|merge ...
                                            make many responses of random rooms (docs/datasets.md)
@@ -123,6 +132,54 @@ other
 exit status: 0 done, 1 failure at run time (no device, disk full), 2 invalid arguments or input,
 130 after Ctrl-C (a second one ends immediately), 143 after SIGTERM
 )";
+
+/// The paragraphs of a text; they are divided by empty lines.
+std::vector<std::string_view> paragraphs_of(std::string_view text) {
+    std::vector<std::string_view> paragraphs;
+    for (;;) {
+        const std::size_t end = text.find("\n\n");
+        paragraphs.push_back(text.substr(0, end));
+        if (end == text.npos) return paragraphs;
+        text.remove_prefix(end + 2);
+    }
+}
+
+/// The lines of the usage that concern a command.
+std::string usage_of(std::string_view usage, const std::string& command) {
+    std::string lines;
+    bool is_of_command = false;
+    while (!usage.empty()) {
+        const std::size_t end = std::min(usage.find('\n'), usage.size() - 1);
+        const std::string_view line = usage.substr(0, end + 1);
+        constexpr std::size_t kCommand = 7;  // after "usage: "
+        if (line.substr(kCommand).starts_with("aula "))
+            is_of_command = line.substr(kCommand).starts_with("aula " + command + " ");
+        if (is_of_command) lines += line;
+        usage.remove_prefix(end + 1);
+    }
+    if (!lines.empty() && !lines.ends_with('\n')) lines += '\n';
+    return lines;
+}
+
+}  // namespace
+
+std::string help_text(const std::string& command) {
+    if (command.empty()) return kText;
+    const std::vector<std::string_view> paragraphs = paragraphs_of(kText);
+    const std::string usage = usage_of(paragraphs[1], command);
+    if (usage.empty()) return kText;
+    std::string text = usage;
+    // The section of the command names the other ones that hold for it.
+    const auto add = [&](std::string_view heading) {
+        for (const std::string_view paragraph : paragraphs)
+            if (paragraph.starts_with(heading)) text += "\n" + std::string(paragraph) + "\n";
+    };
+    add(command == "dataset" ? "datasets" : command + " (");
+    add(command + "\n");
+    if (command == "map" || command == "report")
+        for (const char* const heading : {"positions", "simulation"}) add(heading);
+    add("other");
+    return text;
 }
 
 }  // namespace aula
