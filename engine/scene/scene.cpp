@@ -11,6 +11,7 @@
 
 #include "aula/engine/material_library.h"
 #include "aula/exception.h"
+#include "engine/input/names.h"
 
 namespace aula {
 namespace {
@@ -123,8 +124,8 @@ Material Scene::find_material(const std::string& name) const {
         if (material.name == name) return material;
     for (const LibraryMaterial& known : material_library())
         if (known.material.name == name) return known.material;
-    throw InputError("there is no material \"" + name +
-                     "\"; expected one of the scene or of the library");
+    throw InputError("there is no material " + quoted(name) +
+                     "; expected one of the scene or of the library");
 }
 
 std::size_t Scene::add_object(std::vector<Vec3> vertices,

@@ -10,6 +10,7 @@
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"
+#include "engine/input/names.h"
 #include "engine/scene/scene_values.h"
 
 namespace aula {
@@ -45,7 +46,7 @@ void replace_materials(Scene& scene, const PlannedScene& planned, const std::str
         const auto found = std::find_if(scene.materials.begin(), scene.materials.end(),
                                         [&](const Material& m) { return m.name == member.key; });
         if (found == scene.materials.end())
-            throw InputError(file, "", "has no material \"" + member.key + "\"");
+            throw InputError(file, "", "has no material " + quoted(member.key));
         *found = read_material(member.key, JsonReader(member.value, file));
     }
 }

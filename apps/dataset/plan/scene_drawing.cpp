@@ -8,6 +8,7 @@
 #include "apps/dataset/base/json_values.h"
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
+#include "engine/input/names.h"
 
 namespace aula {
 
@@ -66,8 +67,8 @@ const RoomSpace& SceneDrawing::draw_file(const SceneRooms& rooms, PlannedScene& 
             if (std::none_of(file->scene.materials.begin(), file->scene.materials.end(),
                              [&](const Material& m) { return m.name == replaced.first; }))
                 throw InputError(manifest_.file.string(), "",
-                                 name + " has no material \"" + replaced.first +
-                                     "\"; expected the names of its materials");
+                                 name + " has no material " + quoted(replaced.first) +
+                                     "; expected the names of its materials");
         room = rooms_
                    .emplace(std::pair(&rooms, name),
                             FileRoom{file->sha256, RoomSpace(file->scene, rooms.region)})
