@@ -1,9 +1,11 @@
 # PkgConfig::HDF5: HDF5 with its dimension scales. Debian's shared library needs libcurl, Kerberos and
 # LDAP, 40 libraries in all; its static library needs two, if what reads from networks is left out.
 pkg_check_modules(HDF5 REQUIRED IMPORTED_TARGET hdf5)
-find_library(AULA_HDF5_HL hdf5_hl HINTS ${HDF5_LIBRARY_DIRS} REQUIRED)
-find_library(AULA_HDF5_HL_ARCHIVE libhdf5_hl.a HINTS ${HDF5_LIBRARY_DIRS})
-find_library(AULA_HDF5_ARCHIVE libhdf5.a HINTS ${HDF5_LIBRARY_DIRS})
+# Debian names the libraries of HDF5 2 hdf5_serial.
+find_library(AULA_HDF5_HL NAMES hdf5_hl hdf5_serial_hl HINTS ${HDF5_LIBRARY_DIRS} REQUIRED)
+find_library(AULA_HDF5_HL_ARCHIVE NAMES libhdf5_hl.a libhdf5_serial_hl.a
+             HINTS ${HDF5_LIBRARY_DIRS})
+find_library(AULA_HDF5_ARCHIVE NAMES libhdf5.a libhdf5_serial.a HINTS ${HDF5_LIBRARY_DIRS})
 set(AULA_HDF5_LIBRARIES "${AULA_HDF5_HL}" ${HDF5_LINK_LIBRARIES})
 if(AULA_HDF5_HL_ARCHIVE AND AULA_HDF5_ARCHIVE)
     include(CheckCSourceCompiles)

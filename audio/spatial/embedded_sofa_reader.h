@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cstddef>
-#include <span>
+#include "process/contained_process.h"
 
 namespace aula {
 
 /// The executable file built from sofa_reader.cpp.
-std::span<const std::byte> embedded_sofa_reader();
+ContainedProgram embedded_sofa_reader();
 
 }  // namespace aula

@@ -61,6 +61,18 @@ bool write_all(const Descriptor& to, std::span<const std::byte> bytes) {
     return true;
 }
 
+/// Opens the program, whose bytes are written to an executable file in memory. Returns nothing if
+/// an error, in errno, prevents it.
+std::optional<Descriptor> open_program(const ContainedProgram& program) {
+    const auto* const file = std::get_if<std::filesystem::path>(&program);
+    const int number =
+        file != nullptr ? open(file->c_str(), O_RDONLY | O_CLOEXEC) : make_program_file();
+    if (number < 0) return std::nullopt;
+    std::optional<Descriptor> opened(std::in_place, number);
+    if (file == nullptr && !write_all(*opened, std::get<0>(program))) return std::nullopt;
+    return opened;
+}
+
 bool has_real_time_policy() {
 #ifndef SCHED_DEADLINE
     constexpr int SCHED_DEADLINE = 6;
@@ -163,7 +175,7 @@ const char* how_it_ended(int status) {
 
 }  // namespace
 
-ContainedProcess::ContainedProcess(std::span<const std::byte> program, std::filesystem::path file,
+ContainedProcess::ContainedProcess(const ContainedProgram& program, std::filesystem::path file,
                                    std::string expected)
     : file_(std::move(file)), expected_(std::move(expected)) {
     const RegularFile input(file_, expected_.c_str());
@@ -171,9 +183,9 @@ ContainedProcess::ContainedProcess(std::span<const std::byte> program, std::file
     if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file_, errno);
     output_.emplace(ends[0]);
     const Descriptor to(ends[1]);
-    const Descriptor executable(make_program_file());
-    if (!write_all(executable, program)) fail_to_start(file_, errno);
-    if (const int error = start(executable, input.descriptor(), to, id_))
+    const std::optional<Descriptor> executable = open_program(program);
+    if (!executable) fail_to_start(file_, errno);
+    if (const int error = start(*executable, input.descriptor(), to, id_))
         fail_to_start(file_, error);
     answered_ = Clock::now();
 }

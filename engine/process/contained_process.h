@@ -7,22 +7,26 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "process/descriptor.h"
 
 namespace aula {
 
+/// The program of a contained process: the bytes of an executable file, or its path.
+using ContainedProgram = std::variant<std::span<const std::byte>, std::filesystem::path>;
+
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
-/// allocate without limit. Its program is embedded in the host's, is executed from memory, and
-/// confines itself (contain()). It reads the file from standard input and answers on standard
-/// output; its environment holds LD_LIBRARY_PATH only, with the folders in which the host's binary
-/// finds its libraries. The destructor kills it and waits for it, by its process id only.
+/// allocate without limit. Its program is embedded in the host's and executed from memory, or is a
+/// file, and confines itself (contain()). It reads the file from standard input and answers on
+/// standard output; its environment holds LD_LIBRARY_PATH only, with the folders in which the host's
+/// binary finds its libraries. The destructor kills it and waits for it, by its process id only.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular
     /// file that may be read; Failure if the process cannot be started.
-    ContainedProcess(std::span<const std::byte> program, std::filesystem::path file,
+    ContainedProcess(const ContainedProgram& program, std::filesystem::path file,
                      std::string expected);
     ~ContainedProcess();
     ContainedProcess(const ContainedProcess&) = delete;

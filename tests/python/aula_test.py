@@ -23,7 +23,7 @@ import numpy as np
 
 import aula
 
-PROGRAM = os.environ["AULA_PROGRAM"]
+PROGRAM = os.environ.get("AULA_PROGRAM")
 SCENES = pathlib.Path(os.environ["AULA_SCENES"])
 SOURCES = [[1.0, 1.1, 1.5], [2.0, 3.0, 1.2]]
 MICROPHONES = [[4.0, 3.0, 1.2], [5.0, 4.0, 1.5], [3.0, 2.0, 1.0]]
@@ -189,6 +189,7 @@ class Parameters(unittest.TestCase):
         np.testing.assert_allclose(sti(room, noise_level_db=-100), quiet, atol=1e-6)
 
 
+@unittest.skipUnless(PROGRAM, "needs AULA_PROGRAM")
 class Program(unittest.TestCase):
     """Two runs of the program."""
 
@@ -320,6 +321,43 @@ class Scenes(unittest.TestCase):
         places = {"sources": SOURCES, "microphones": MICROPHONES}
         np.testing.assert_array_equal(aula.rir(mesh, **places, **FEW),
                                       aula.rir(box(), **places, **FEW))
+
+
+class Files(unittest.TestCase):
+    """Files that other processes read, by libraries of their own."""
+
+    CORPUS = SCENES.parent / "tests/fuzz/corpus"
+
+    def test_head(self):
+        def responses(**head):
+            return aula.rir(box(), sources=SOURCES[0], microphones=MICROPHONES[0],
+                            output="binaural", **head, **FEW)
+        given = responses(hrtf=self.CORPUS / "sofa/plain.sofa")
+        self.assertFalse(np.array_equal(given, responses()))
+        self.assertGreater(np.abs(given).max(), 0.01)
+
+    def test_directivity(self):
+        def response(directivity):
+            source = aula.Source(SOURCES[0], name="voice", directivity=directivity)
+            return aula.rir(box(), sources=[source], microphones=MICROPHONES[0], **FEW)
+        for name in ("plain", "deflated"):
+            given = response(self.CORPUS / f"directivity_hdf5/{name}.sofa")
+            self.assertFalse(np.array_equal(given, response("omni")))
+
+    def test_sounds(self):
+        # A file that cannot be read is an error.
+        sounds = [str(self.CORPUS / "sound" / name)
+                  for name in ("wav_pcm16", "flac", "mp3", "opus", "vorbis")]
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "room.json")
+            file.write_text(json.dumps({
+                "aula": 1, "geometry": [{"box": [6, 5, 3], "material": "curtain"}],
+                "materials": {}, "sources": [{"position": [1, 1, 1], "signal": sound}
+                                             for sound in sounds],
+                "listener": {"position": [4, 3, 1]},
+                "simulation": {"rays": 50, "ir_length_s": 0.2}}))
+            output = aula.render(aula.load_scene(file), duration_s=0.2)
+        self.assertGreater(np.abs(output).max(), 0)
 
 
 class Threads(unittest.TestCase):

@@ -1,9 +1,20 @@
 # cmake -DBUILD=.. -DSOURCE=.. -DWORK=.. -DPYTHON=.. -P install.cmake: installs the package into a
 # new virtual environment, without network.
 file(REMOVE_RECURSE "${WORK}")
+file(MAKE_DIRECTORY "${WORK}/metadata")
 function(run)
     execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
+# Metadata take no build: without a path there is no CMake.
+execute_process(COMMAND "${CMAKE_COMMAND}" -E env PATH= "PYTHONPATH=${SOURCE}/apps/python"
+                        "${PYTHON}" -B -c "import build_backend, sys
+print(build_backend.prepare_metadata_for_build_wheel(sys.argv[1]))" "${WORK}/metadata"
+                OUTPUT_VARIABLE info COMMAND_ERROR_IS_FATAL ANY)
+string(STRIP "${info}" info)
+file(READ "${WORK}/metadata/${info}/METADATA" metadata)
+if(NOT metadata MATCHES "Name: aula\n" OR NOT info MATCHES "^aula-[0-9.]+\\.dist-info$")
+    message(FATAL_ERROR "${info} has the metadata ${metadata}")
+endif()
 run("${PYTHON}" -m venv --system-site-packages "${WORK}")
 run("${WORK}/bin/pip" install --no-index --no-build-isolation --config-settings
     "build-dir=${BUILD}" "${SOURCE}")

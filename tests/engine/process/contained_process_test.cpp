@@ -76,6 +76,17 @@ TEST_CASE("an answer that ends early is reported when the program ends, not at i
     CHECK_THROWS_WITH(process.read(value), Contains("ends before its answer is complete"));
 }
 
+TEST_CASE("a contained program may be a file; without the file it is a failure") {
+    const aula::test::TemporaryFolder folder;
+    const std::filesystem::path file = folder.write("file", "all nothing");
+    const std::filesystem::path program = AULA_CONTAINED_ATTEMPTS;
+    aula::ContainedProcess process(program, file, "a file");
+    std::int32_t answer = -1;
+    process.read(answer);
+    CHECK(answer == 0);
+    CHECK_THROWS_AS(aula::ContainedProcess(folder.path() / "none", file, "a file"), aula::Failure);
+}
+
 TEST_CASE("a contained program answers, and opens no file") {
     CHECK(attempted("all", "nothing").answer == 0);
     const int forbidden = kernel_filters_calls() || kernel_has_landlock() ? EACCES : EMFILE;
