@@ -17,6 +17,7 @@
 #include "engine/mesh/mesh_import.h"
 #include "engine/model/material_guess.h"
 #include "engine/model/standing_places.h"
+#include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -45,13 +46,6 @@ std::string point_text(const Vec3& p) {
     std::array<char, 64> line{};
     std::snprintf(line.data(), line.size(), "(%.2f, %.2f, %.2f)", double{p.x}, double{p.y},
                   double{p.z});
-    return line.data();
-}
-
-std::string size_text(const Vec3& size) {
-    std::array<char, 64> line{};
-    std::snprintf(line.data(), line.size(), "%.6g x %.6g x %.6g", double{size.x}, double{size.y},
-                  double{size.z});
     return line.data();
 }
 
@@ -163,36 +157,14 @@ class SceneMaker {
         }
     }
 
-    // The first unit in which the model has the size of a room or a building.
     void find_scale(JsonValue::Object& geometry) {
-        struct Unit {
-            double metres;
-            const char* name;
-        };
-        constexpr std::array<Unit, 4> kUnits{
-            {{1, "metres"}, {1e-3, "millimetres"}, {1e-2, "centimetres"}, {0.0254, "inches"}}};
-        constexpr double kLowest_m = 1.8;
-        constexpr double kHighest_m = 60;
-        constexpr double kWidest_m = 300;
         const Bounds bounds = bounds_of(mesh_.vertices);
         const glm::dvec3 size = glm::dvec3(bounds.max) - glm::dvec3(bounds.min);
         double scale = options_.scale.value_or(1);
-        if (!options_.scale) {
-            const auto fits = [&](const Unit& unit, double lowest_m) {
-                return size.z * unit.metres >= lowest_m && size.z * unit.metres <= kHighest_m &&
-                       std::max(size.x, size.y) * unit.metres <= kWidest_m;
-            };
-            // A model of metres may be as flat as it likes: a yard, or a sheet.
-            if (!fits(kUnits[0], 0)) {
-                for (const Unit& unit : kUnits) {
-                    if (!fits(unit, kLowest_m)) continue;
-                    scale = unit.metres;
-                    guess(std::string("unit: ") + unit.name + ", a model of " +
-                          size_text(Vec3(size)) + " is " + size_text(Vec3(size * unit.metres)) +
-                          " m (--scale S sets another)");
-                    break;
-                }
-            }
+        if (const auto unit = options_.scale ? std::nullopt : guess_unit(size)) {
+            scale = unit->metres;
+            guess(std::string("unit: ") + unit->name + ", a model of " + size_text(Vec3(size)) +
+                  " is " + size_text(Vec3(size * scale)) + " m (--scale S sets another)");
         }
         if (scale != 1) set(geometry, "scale", {scale});
         for (Vec3& v : mesh_.vertices) v = Vec3(glm::dvec3(v) * scale);

@@ -64,6 +64,7 @@ class Options {
         add_sound();
         add_window();
         app_.add_flag("--quiet", arguments_.quiet);
+        app_.add_flag("--strict", arguments_.strict);
         app_.add_flag("--version", version_);
         app_.add_flag("--help,-h", help_);
     }
@@ -367,6 +368,7 @@ class Options {
         for (const char* const name : {"--scale", "--up"}) refuse(Command::import, "import", name);
         for (const char* const name : {"--html", "--receiver"})
             refuse(Command::report, "report", name);
+        refuse(Command::check, "check", "--strict");
         if (word == Command::map || word == Command::report)
             refuse_options_of_sound(word == Command::map ? "map" : "report");
         if (word == Command::import && out_) arguments_.out = *out_;

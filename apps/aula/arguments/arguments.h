@@ -63,7 +63,8 @@ struct Arguments {
     SessionOptions session;
     bool rays_given = false;
     bool quiet = false;
-    bool window = true;                              ///< open one where possible
+    bool strict = false;  ///< of Command::check: each warning changes the exit status
+    bool window = true;   ///< open one where possible
     std::optional<std::filesystem::path> scene_dir;  ///< of scenes for page up and down
     std::optional<std::filesystem::path> screenshot;
     double screenshot_after_s = 5;

@@ -64,6 +64,11 @@ report (with --frames, --speech-level, --noise-level, positions and simulation)
   --html OUT.html        one file with plan, parameters, plots, conditions and materials
   --receiver NAME=X,Y,Z  a receiver in place of the listener; may be repeated
 
+check
+  --strict               exit 3 for every warning [only for those that make results meaningless:
+                         more than 10 % of the reflections escape, the listener or all sources are
+                         outside, another unit or vertical axis explains the geometry]
+
 import
   --out SCENE.json       the scene file, which must not exist [standard output]
   --scale S              metres per unit of the model [guessed]
@@ -130,7 +135,7 @@ other
   --version, --help      print the versions of aula and Embree, or this text
 
 exit status: 0 done, 1 failure at run time (no device, disk full), 2 invalid arguments or input,
-130 after Ctrl-C (a second one ends immediately), 143 after SIGTERM
+3 a scene that check doubts, 130 after Ctrl-C (a second one ends immediately), 143 after SIGTERM
 )";
 
 /// The paragraphs of a text; they are divided by empty lines.

@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "apps/aula/commands.h"
+#include "apps/aula/room_positions.h"
+#include "apps/session/base/formatted.h"
+#include "apps/session/base/printable.h"
+#include "apps/session/frames/signals.h"
+#include "aula/engine/scene_file.h"
+#include "aula/exception.h"
+#include "engine/model/unit_guess.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/rays/room_survey.h"
+
+namespace aula {
+
+namespace {
+
+/// The warnings of a check.
+class Findings {
+ public:
+    explicit Findings(const Arguments& arguments) : arguments_(arguments) {}
+
+    const Arguments& arguments() const { return arguments_; }
+
+    /// Warnings that have been printed.
+    void add(const std::vector<std::string>& printed) { any_ = any_ || !printed.empty(); }
+
+    void warn(const std::string& line) {
+        any_ = true;
+        aula::warn({arguments_.scene.string() + ": " + line}, arguments_.quiet);
+    }
+
+    /// Results are meaningless, by a line or by a warning that has been printed.
+    void doubt(const std::string& line) {
+        warn(line);
+        doubt();
+    }
+    void doubt() { meaningless_ = true; }
+
+    /// The exit status.
+    int status() const {
+        constexpr int kMeaningless = 3;
+        return meaningless_ || (any_ && arguments_.strict) ? kMeaningless : 0;
+    }
+
+ private:
+    const Arguments& arguments_;
+    bool any_ = false;
+    bool meaningless_ = false;
+};
+
+/// Largest relative decrease of Sabine's reverberation time over the bands, 0..1, against the room
+/// without openings, if the share `escape` of the reflections leaves it.
+double reverberation_decrease(const RoomGeometry& room, double escape, const Medium& medium) {
+    RoomSurvey tight = room.field;
+    RoomSurvey leaky = room.field;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double of_faces = std::max(
+            0.0, (double{room.field.mean_absorption[b]} - room.open_share) / (1 - room.open_share));
+        tight.mean_absorption[b] = static_cast<float>(of_faces);
+        leaky.mean_absorption[b] = static_cast<float>(escape + (1 - escape) * of_faces);
+    }
+    const Bands tight_s = sabine_time_s(tight, medium);
+    const Bands leaky_s = sabine_time_s(leaky, medium);
+    double largest = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        if (std::isfinite(tight_s[b]))
+            largest = std::max(largest, 1 - double{leaky_s[b] / tight_s[b]});
+    return largest;
+}
+
+/// Reads the signals of all sources. Throws SceneErrors: one message for each that fails.
+void check_signals(const Scene& scene, Findings& findings) {
+    const Arguments& arguments = findings.arguments();
+    SharedSignals files(scene, arguments.session.sample_rate_hz);
+    SignalSet signals;
+    std::vector<std::string> errors;
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        try {
+            signals.push_back(
+                result_of("reading the sound of " + printable_line(scene.sources[s].name),
+                          arguments, [&] { return files.read(s); }));
+        } catch (const InputError& error) {
+            // Sources can play the same file.
+            if (std::find(errors.begin(), errors.end(), error.what()) == errors.end())
+                errors.emplace_back(error.what());
+        }
+    }
+    if (!errors.empty()) throw SceneErrors(std::move(errors));
+    const std::vector<std::string> warnings = warnings_of(signals);
+    warn(warnings, arguments.quiet);
+    findings.add(warnings);
+}
+
+/// "after 1.5 s, at (1, 2, 3)", or the point alone for an initial position.
+std::string place_text(const NamedPosition& item) {
+    const Vec3& p = item.position;
+    return (item.time_s ? formatted(" after %.1f s", *item.time_s) : "") +
+           formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z});
+}
+
+/// Warns of the listener and sources outside the room, once each. Without the listener at its
+/// start, or without any source, there is nothing to hear.
+void check_positions(const Scene& scene, const SortedPositions& sorted, Findings& findings) {
+    const Bounds bounds = geometry_bounds(scene.objects);
+    std::vector<std::string> reported;
+    std::set<std::string> missing;
+    for (const NamedPosition& item : sorted.outside) {
+        if (!item.time_s) missing.insert(item.name);
+        if (std::find(reported.begin(), reported.end(), item.name) != reported.end()) continue;
+        reported.push_back(item.name);
+        // Reading the scene has warned of positions outside the bounds.
+        if (bounds.contains(item.position))
+            findings.warn(item.name + " is outside the room" + place_text(item));
+    }
+    const std::size_t missing_sources = missing.size() - missing.count(kListener);
+    if (missing.contains(kListener) || missing_sources == scene.sources.size()) findings.doubt();
+}
+
+/// Doubts the unit and the axes of a scene if others explain its size, or that all positions are
+/// outside.
+void check_size(const Scene& scene, Findings& findings) {
+    const auto turned = [](const Bounds& bounds) {
+        return Bounds{{bounds.min.x, -bounds.max.z, bounds.min.y},
+                      {bounds.max.x, -bounds.min.z, bounds.max.y}};
+    };
+    const auto hold_all = [&](const Bounds& bounds) {
+        const std::vector<NamedPosition> positions = initial_positions(scene);
+        return std::all_of(positions.begin(), positions.end(), [&](const NamedPosition& item) {
+            return bounds.contains(item.position);
+        });
+    };
+    const bool has_files = std::any_of(scene.objects.begin(), scene.objects.end(),
+                                       [](const Object& o) { return !o.files.empty(); });
+    if (!has_files) return;
+    Bounds bounds = geometry_bounds(scene.objects);
+    std::string keys;
+    if (const auto unit = guess_unit(glm::dvec3(bounds.max) - glm::dvec3(bounds.min))) {
+        bounds = {bounds.min * static_cast<float>(unit->metres),
+                  bounds.max * static_cast<float>(unit->metres)};
+        keys = formatted("\"scale\": %g", unit->metres);
+    }
+    if (!hold_all(bounds)) {
+        if (!hold_all(turned(bounds))) return;
+        bounds = turned(bounds);
+        keys += keys.empty() ? "\"up\": \"y\"" : " and \"up\": \"y\"";
+    }
+    if (keys.empty()) return;
+    const Bounds given = geometry_bounds(scene.objects);
+    findings.doubt("the geometry is " + size_text(given.max - given.min) + " m; with " + keys +
+                   " beside \"file\" it is " + size_text(bounds.max - bounds.min) +
+                   " m and holds the listener and all sources");
+}
+
+/// Warns of a source, or the listener, whose `places` sound cannot reach from any of `others`,
+/// wherever the movable objects are. Returns false if that is so for all places.
+bool check_connection(const RayScene& rays, const std::vector<NamedPosition>& places,
+                      const std::vector<Vec3>& others, Findings& findings) {
+    const std::vector<char> reached = result_of(kMeasuring, findings.arguments(), [&] {
+        return connected(rays, others, points_of(places), kRoomSeed, MovableObjects::are_passed);
+    });
+    const auto cut_off = std::find(reached.begin(), reached.end(), 0);
+    if (std::find(reached.begin(), reached.end(), 1) == reached.end()) return false;
+    if (cut_off == reached.end()) return true;
+    const NamedPosition& first = places[static_cast<std::size_t>(cut_off - reached.begin())];
+    findings.warn(first.name + " is inside a closed body" + place_text(first) +
+                  ": no sound passes its surfaces; lead the path around it");
+    return true;
+}
+
+/// Warns of sources that sound cannot leave for the listener, wherever both are on their paths, and
+/// of parts of the paths that are inside closed bodies. Of positions outside the room
+/// check_positions() warns.
+void check_audibility(const RayScene& rays, const SortedPositions& sorted, Findings& findings) {
+    std::map<std::string, std::vector<NamedPosition>> places;
+    for (const NamedPosition& item : sorted.inside) places[item.name].push_back(item);
+    const std::vector<NamedPosition> listener = places[kListener];
+    places.erase(kListener);
+    if (listener.empty()) return;
+    std::vector<Vec3> audible;
+    for (const auto& [name, source] : places) {
+        if (check_connection(rays, source, points_of(listener), findings)) {
+            for (const NamedPosition& item : source) audible.push_back(item.position);
+        } else {
+            findings.warn(name +
+                          " is never audible: closed surfaces separate it from the listener");
+        }
+    }
+    if (!audible.empty()) check_connection(rays, listener, audible, findings);
+}
+
+/// Reports the share of reflections that escape and their effect on the reverberation time.
+void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
+                 Findings& findings) {
+    // Relative error of the reverberation time; the just noticeable difference is 5 %.
+    constexpr double kHarmless = 0.01;
+    // Share of escaping reflections above which faces are missing: more than a slit.
+    constexpr double kHoles = 0.01;
+    // Share above which the results are those of another room.
+    constexpr double kMeaningless = 0.1;
+    // Share above which there is no room, but walls in the open.
+    constexpr double kOpen = 0.5;
+    const double escape = result_of(kMeasuring, findings.arguments(), [&] {
+        return escape_per_reflection(rays, points_of(sorted.inside), kRoomSeed);
+    });
+    if (escape == 0 || escape > kOpen) return;
+    const double shorter = result_of(kMeasuring, findings.arguments(), [&] {
+        return reverberation_decrease(measure_room(rays, points_of(sorted.inside), kRoomSeed),
+                                      escape, scene.medium);
+    });
+    const std::string line =
+        formatted("%.2g %% of the reflections escape, the reverberation time is %.2g %% shorter",
+                  100 * escape, 100 * shorter);
+    if (escape > kMeaningless) findings.doubt();
+    if (shorter > kHarmless) {
+        findings.warn(line + (escape > kHoles
+                                  ? ": the room is open, or faces of its mesh are missing"
+                                  : ": the room has a hole"));
+    } else {
+        std::printf("%s: %s: harmless\n", findings.arguments().scene.c_str(), line.c_str());
+    }
+}
+
+}  // namespace
+
+int check_scene(const Arguments& arguments) {
+    Findings findings(arguments);
+    LoadedScene loaded = read_scene_file(arguments.scene, arguments);
+    findings.add(loaded.warnings);
+    change_scene(loaded.scene, arguments);
+    const Scene& scene = loaded.scene;
+    check_signals(scene, findings);
+    check_size(scene, findings);
+    const RayScene rays(scene);
+    const SortedPositions sorted = result_of(
+        kMeasuring, arguments, [&] { return sort_positions(rays, positions_along_paths(scene)); });
+    check_leaks(scene, rays, sorted, findings);
+    check_positions(scene, sorted, findings);
+    check_audibility(rays, sorted, findings);
+    std::size_t triangles = 0;
+    for (const Object& object : scene.objects) triangles += object.triangles.size();
+    std::printf("%s: %s, %s, %s, %s\n", printable_line(arguments.scene.string()).c_str(),
+                findings.status() == 0 ? "ok" : "doubtful", counted(triangles, "triangle").c_str(),
+                counted(scene.materials.size(), "material").c_str(),
+                counted(scene.sources.size(), "source").c_str());
+    return findings.status();
+}
+
+}  // namespace aula
