@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "apps/aula/interrupt.h"
 #include "apps/aula/outputs.h"
 #include "apps/aula/room_positions.h"
+#include "apps/aula/terminal/interrupt.h"
 #include "apps/session/base/printable.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "apps/aula/commands.h"
-#include "apps/aula/interrupt.h"
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/interrupt.h"
+#include "apps/aula/terminal/terminal.h"
 #include "apps/dataset/merge/merge.h"
 #include "apps/dataset/plan/plan_reader.h"
 #include "apps/dataset/shards/shard.h"

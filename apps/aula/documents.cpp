@@ -12,7 +12,7 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/outputs.h"
-#include "apps/aula/progress_bar.h"
+#include "apps/aula/terminal/progress_bar.h"
 #include "apps/dataset/plan/planned_scene.h"
 #include "apps/documents/map_measurement.h"
 #include "apps/documents/parameter_map.h"

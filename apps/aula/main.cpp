@@ -7,10 +7,10 @@
 
 #include "apps/aula/arguments/arguments.h"
 #include "apps/aula/commands.h"
-#include "apps/aula/interrupt.h"
 #include "apps/aula/scene_lookup.h"
-#include "apps/aula/standard_output.h"
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/interrupt.h"
+#include "apps/aula/terminal/standard_output.h"
+#include "apps/aula/terminal/terminal.h"
 #include "apps/session/base/printable.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"

@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "apps/aula/commands.h"
-#include "apps/aula/interrupt.h"
 #include "apps/aula/outputs.h"
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/interrupt.h"
+#include "apps/aula/terminal/terminal.h"
 #include "apps/aula/walker.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"

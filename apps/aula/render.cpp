@@ -3,9 +3,9 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/outputs.h"
-#include "apps/aula/progress_bar.h"
-#include "apps/aula/standard_output.h"
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/progress_bar.h"
+#include "apps/aula/terminal/standard_output.h"
+#include "apps/aula/terminal/terminal.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/output_file.h"
 #include "apps/session/base/printable.h"

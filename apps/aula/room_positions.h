@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/aula/arguments/arguments.h"
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/terminal.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {

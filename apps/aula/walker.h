@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/terminal.h"
 #include "aula/engine/scene.h"
 
 namespace aula {

@@ -1,4 +1,4 @@
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/terminal.h"
 #include "apps/session/base/printable.h"
 
 #include <poll.h>

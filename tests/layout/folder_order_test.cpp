@@ -45,7 +45,7 @@ const std::array kParts = {
          {"base", "plan", "shards", "merge"},
          {"apps/session", "engine", "audio", "process"}},
     Part{"apps/aula",
-         {"arguments", ""},
+         {"arguments", "terminal", ""},
          {"apps/dataset", "apps/documents", "apps/session", "apps/window", "engine", "audio"}},
 };
 

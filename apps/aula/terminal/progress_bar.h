@@ -3,7 +3,7 @@
 #include <chrono>
 #include <string>
 
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/terminal.h"
 
 namespace aula {
 

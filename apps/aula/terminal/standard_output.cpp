@@ -1,4 +1,4 @@
-#include "apps/aula/standard_output.h"
+#include "apps/aula/terminal/standard_output.h"
 
 #include <poll.h>
 #include <unistd.h>

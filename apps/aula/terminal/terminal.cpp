@@ -1,4 +1,4 @@
-#include "apps/aula/terminal.h"
+#include "apps/aula/terminal/terminal.h"
 
 #include <poll.h>
 #include <sys/ioctl.h>

@@ -1,4 +1,4 @@
-#include "apps/aula/interrupt.h"
+#include "apps/aula/terminal/interrupt.h"
 
 #include <fcntl.h>
 #include <pthread.h>

@@ -1,8 +1,8 @@
-#include "apps/aula/progress_bar.h"
+#include "apps/aula/terminal/progress_bar.h"
 
 #include <cmath>
 
-#include "apps/aula/interrupt.h"
+#include "apps/aula/terminal/interrupt.h"
 
 namespace aula {
 
