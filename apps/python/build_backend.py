@@ -40,7 +40,7 @@ def pack(package, wheel):
 
 
 def _configure(build):
-    """Of pybind11 the version that pip has installed for the build, else the system's."""
+    """With the pybind11 that pip has installed for the build, else with the system's."""
     try:
         import pybind11
         where = [f"-Dpybind11_DIR={pybind11.get_cmake_dir()}"]
