@@ -45,26 +45,5 @@ endmacro()
 
 macro(aula_find_devices_dependencies)
     aula_find_dependency(PkgConfig)
-    pkg_check_modules(PORTAUDIO REQUIRED IMPORTED_TARGET portaudio-2.0)
-    pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
-    pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
     pkg_check_modules(LIBLO REQUIRED IMPORTED_TARGET liblo)
-
-    # The static library of PortAudio, if it can be linked, has a function that redirects its
-    # messages; the shared library hides it.
-    find_library(AULA_PORTAUDIO_ARCHIVE libportaudio.a HINTS ${PORTAUDIO_LIBRARY_DIRS})
-    if(AULA_PORTAUDIO_ARCHIVE)
-        include(CheckCXXSourceCompiles)
-        set(CMAKE_REQUIRED_LIBRARIES "${AULA_PORTAUDIO_ARCHIVE}" PkgConfig::JACK PkgConfig::ALSA
-                                     Threads::Threads)
-        check_cxx_source_compiles("extern \"C\" int Pa_Initialize();
-            extern \"C\" void PaUtil_SetDebugPrintFunction(void (*)(const char*));
-            int main() { PaUtil_SetDebugPrintFunction(nullptr); return Pa_Initialize(); }"
-            AULA_PORTAUDIO_ARCHIVE_LINKS)
-        if(AULA_PORTAUDIO_ARCHIVE_LINKS)
-            set_target_properties(PkgConfig::PORTAUDIO PROPERTIES
-                INTERFACE_LINK_LIBRARIES "${CMAKE_REQUIRED_LIBRARIES}")
-        endif()
-        unset(CMAKE_REQUIRED_LIBRARIES)
-    endif()
 endmacro()

@@ -31,20 +31,27 @@ file(CONFIGURE OUTPUT "${changelog}" @ONLY CONTENT
 ")
 execute_process(COMMAND gzip -9 -n -k -f "${changelog}" COMMAND_ERROR_IS_FATAL ANY)
 
-# Packages of the libraries of embedded programs, which dpkg-shlibdeps does not see.
-set(embedded_depends "")
-foreach(library IN LISTS SNDFILE_LINK_LIBRARIES MYSOFA_LINK_LIBRARIES AULA_HDF5_LIBRARIES)
-    if(library MATCHES "/lib(sndfile|mysofa|hdf5)[^/]*\\.so$")
+# find_packages(RESULT LIBRARY...): the packages of shared libraries, as a field of a package.
+function(find_packages result)
+    set(packages "")
+    foreach(library IN LISTS ARGN)
         file(REAL_PATH "${library}" library)
         execute_process(COMMAND dpkg-query --search "${library}"
                         OUTPUT_VARIABLE owner ERROR_QUIET RESULT_VARIABLE status)
-        if(status EQUAL 0 AND owner MATCHES "^([^:, ]+)")
-            list(APPEND embedded_depends "${CMAKE_MATCH_1}")
+        if(status EQUAL 0 AND library MATCHES "\\.so" AND owner MATCHES "^([^:, ]+)")
+            list(APPEND packages "${CMAKE_MATCH_1}")
         endif()
-    endif()
-endforeach()
-list(REMOVE_DUPLICATES embedded_depends)
-list(JOIN embedded_depends ", " embedded_depends)
+    endforeach()
+    list(REMOVE_DUPLICATES packages)
+    list(JOIN packages ", " packages)
+    set(${result} "${packages}" PARENT_SCOPE)
+endfunction()
+# Of the libraries that dpkg-shlibdeps does not see: those of embedded programs, and those that the
+# program loads to play.
+set(embedded ${SNDFILE_LINK_LIBRARIES} ${MYSOFA_LINK_LIBRARIES} ${AULA_HDF5_LIBRARIES})
+list(FILTER embedded INCLUDE REGEX "/lib(sndfile|mysofa|hdf5)[^/]*\\.so$")
+find_packages(embedded_depends ${embedded})
+find_packages(played ${JACK_LINK_LIBRARIES} ${ALSA_LINK_LIBRARIES} ${pkgcfg_lib_GLFW_glfw})
 
 # aula_package(COMPONENT PACKAGE SECTION DEPENDS DESCRIPTION): the package of a component. Its
 # copyright and changelog are installed only into the package.
@@ -72,6 +79,7 @@ aula_package(program aula sound "${embedded_depends}"
 "The program: it traces sound through a scene and plays what a moving listener
  hears, live in a window or the terminal, or to a file. It measures impulse
  responses and the parameters of ISO 3382. Scenes and sounds are included.")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "${played}")
 if(TARGET aula_plugin)
     aula_package(lv2 aula-lv2 sound "${embedded_depends}"
 "LV2 plugins: reverberation of a room from its geometry and materials, with a

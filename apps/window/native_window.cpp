@@ -1,9 +1,9 @@
 #include "apps/window/native_window.h"
 
-#include <GL/glew.h>
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <epoxy/gl.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -14,6 +14,9 @@
 #include "aula/exception.h"
 
 namespace aula {
+
+/// GLFW, or null where it or X11 is missing: then none of its functions may be called.
+void* load_glfw();
 
 namespace {
 
@@ -79,6 +82,7 @@ void load_fonts(float scale) {
 }  // namespace
 
 Glfw::Glfw() {
+    if (load_glfw() == nullptr) return;
     glfwSetErrorCallback(ignore_error);
     started_ = glfwInit() == GLFW_TRUE;
 }
@@ -120,10 +124,7 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, h
         of(window).dropped_.insert(of(window).dropped_.end(), names, names + count);
     });
     glfwMakeContextCurrent(window_);
-    glewExperimental = GL_TRUE;
-    // GLEW_ERROR_NO_GLX_DISPLAY is harmless: Wayland has no GLX.
-    const GLenum loaded = glewInit();
-    if (loaded != GLEW_OK && loaded != GLEW_ERROR_NO_GLX_DISPLAY)
+    if (epoxy_gl_version() < 33)
         throw Failure("OpenGL 3.3 cannot be used; --no-window plays in the terminal");
     const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     software_ = renderer != nullptr && std::strstr(renderer, "llvmpipe") != nullptr;

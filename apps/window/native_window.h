@@ -20,7 +20,7 @@ class Glfw {
     bool started() const { return started_; }
 
  private:
-    bool started_;
+    bool started_ = false;
 };
 
 /// True if a window with OpenGL 3.3 can be opened.

@@ -1,6 +1,6 @@
 #include "apps/window/screenshot.h"
 
-#include <GL/glew.h>
+#include <epoxy/gl.h>
 
 #include <cstddef>
 #include <vector>

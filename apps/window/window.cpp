@@ -1,8 +1,8 @@
 #include "apps/window/window.h"
 
-#include <GL/glew.h>
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <epoxy/gl.h>
 #include <imgui.h>
 
 #include <algorithm>

@@ -12,6 +12,7 @@
 
 #include "audio/device/device_list.h"
 #include "audio/device/output.h"
+#include "audio/device/sound_libraries.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -32,7 +33,9 @@ struct FreePorts {
     void operator()(const char** ports) const { jack_free(ports); }
 };
 
+/// Null without a server, and where JACK is not installed.
 Client open_client(const char* name) {
+    if (load_jack() == nullptr) return nullptr;
     jack_set_error_function(ignore);
     jack_set_info_function(ignore);
     jack_status_t status{};

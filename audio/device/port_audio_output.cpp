@@ -1,4 +1,5 @@
 #include <alsa/asoundlib.h>
+#include <dlfcn.h>
 #include <pa_linux_alsa.h>
 #include <portaudio.h>
 
@@ -18,11 +19,34 @@
 #include <utility>
 
 #include "audio/device/output.h"
+#include "audio/device/sound_libraries.h"
 #include "aula/audio/realtime.h"
 #include "aula/exception.h"
 
-// Not in PortAudio's headers. The static library exports it, the shared library does not.
-extern "C" [[gnu::weak]] void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
+// What PortAudio's static library has, but its headers do not declare.
+extern "C" {
+void PaUtil_SetDebugPrintFunction(void (*print)(const char* message));
+PaError PaAlsa_Initialize(void** host, PaHostApiIndex index);
+PaError PaOSS_Initialize(void** host, PaHostApiIndex index);
+
+// The sound systems that PortAudio uses, in place of its own list: without JACK, which Aula uses
+// itself.
+[[gnu::visibility("hidden")]] extern decltype(&PaAlsa_Initialize) paHostApiInitializers[];
+decltype(&PaAlsa_Initialize) paHostApiInitializers[] = {PaAlsa_Initialize, PaOSS_Initialize,
+                                                        nullptr};
+
+// The root of ALSA's configuration: a copy of libasound's variable, which its function changes.
+[[gnu::visibility("hidden")]] extern snd_config_t* snd_config;
+snd_config_t* snd_config = nullptr;
+[[gnu::visibility("hidden")]] int snd_config_update() {
+    void* const alsa = aula::load_alsa();
+    const auto update =
+        reinterpret_cast<decltype(&snd_config_update)>(dlsym(alsa, "snd_config_update"));
+    const int result = update();
+    snd_config = *static_cast<snd_config_t**>(dlsym(alsa, "snd_config"));
+    return result;
+}
+}
 
 namespace aula {
 
@@ -79,27 +103,18 @@ bool is_alsa_configured() {
            snd_config_search(pcms, "dmix", &last) >= 0;
 }
 
-/// Initialises PortAudio while it exists, without JACK and without messages of the libraries below.
+/// Initialises PortAudio while it exists, without messages of the libraries below.
 class PortAudio {
  public:
     PortAudio() {
         const std::lock_guard lock(library());
+        if (load_alsa() == nullptr)
+            throw Failure("audio cannot be initialised: libasound is missing");
         snd_lib_error_set_handler(ignore_alsa);
         if (!is_alsa_configured())
             throw Failure("audio cannot be initialised: ALSA has no usable configuration");
-        if (PaUtil_SetDebugPrintFunction != nullptr) PaUtil_SetDebugPrintFunction(ignore);
-        // PortAudio aborts on termination if a JACK server has died: it must not find one.
-        constexpr const char* kServer = "JACK_DEFAULT_SERVER";
-        const char* const server = std::getenv(kServer);
-        const std::optional<std::string> before =
-            server != nullptr ? std::optional<std::string>(server) : std::nullopt;
-        setenv(kServer, "none-for-portaudio", 1);
+        PaUtil_SetDebugPrintFunction(ignore);
         const PaError error = Pa_Initialize();
-        if (before) {
-            setenv(kServer, before->c_str(), 1);
-        } else {
-            unsetenv(kServer);
-        }
         if (error != paNoError) {
             throw Failure("audio cannot be initialised: " + reason(error));
         }
@@ -117,7 +132,7 @@ class PortAudio {
         for (int i = 0; i < Pa_GetDeviceCount(); ++i) {
             const PaDeviceInfo& device = *Pa_GetDeviceInfo(i);
             const PaHostApiInfo& host = *Pa_GetHostApiInfo(device.hostApi);
-            if (device.maxOutputChannels <= 0 || host.type == paJACK) continue;
+            if (device.maxOutputChannels <= 0) continue;
             devices.push_back({i, device.name, host.name, device.maxOutputChannels,
                                device.defaultSampleRate,
                                std::clamp(device.defaultHighOutputLatency, 0.0, kLongestLatency_s),

@@ -6,7 +6,8 @@
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(BUILD "${BUILD}" ABSOLUTE)
 get_filename_component(source "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
-load_cache("${BUILD}" READ_WITH_PREFIX "" CMAKE_PROJECT_VERSION)
+load_cache("${BUILD}" READ_WITH_PREFIX "" CMAKE_PROJECT_VERSION
+           pkgcfg_lib_GLFW_glfw)
 cmake_host_system_information(RESULT processor QUERY OS_PLATFORM)
 set(name "aula-${CMAKE_PROJECT_VERSION}-linux-${processor}")
 set(work "${BUILD}/archive")
@@ -37,9 +38,10 @@ foreach(binary "${program}" "${library}" "${plugin}")
     endif()
 endforeach()
 
-# Libraries of every Linux with a compiler's run-time library, which must be those of the system:
-# other libraries of the system, as drivers of OpenGL, need their latest version.
-set(of_the_system "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|gcc_s|stdc\\+\\+)\\.so)")
+# Libraries of the system, which its other libraries, as drivers of OpenGL, need in their latest
+# version. X11 is needed by GLFW, which the program loads where there is a display; it loads JACK,
+# ALSA and OpenGL, too.
+set(of_the_system "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|gcc_s|stdc\\+\\+|X11)\\.so)")
 # Programs that the binaries contain.
 set(readers "${BUILD}/audio/aula_sound_reader" "${BUILD}/audio/aula_sofa_reader"
             "${BUILD}/engine/aula_directivity_reader")
@@ -49,6 +51,7 @@ set(readers "${BUILD}/audio/aula_sound_reader" "${BUILD}/audio/aula_sofa_reader"
 function(copy_libraries to from)
     file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${readers} LIBRARIES ${ARGN}
          PRE_EXCLUDE_REGEXES "${of_the_system}" RESOLVED_DEPENDENCIES_VAR found)
+    list(APPEND found ${window})
     file(MAKE_DIRECTORY "${to}")
     foreach(library IN LISTS found)
         cmake_path(GET library FILENAME file)
@@ -64,7 +67,13 @@ function(copy_libraries to from)
 endfunction()
 # The bundle has its own, to work where a user copies it.
 copy_libraries("${bundle}/lib" "" "${plugin}")
-copy_libraries("${root}/lib/aula" "${bundle}/lib" "${program}" "${library}")
+set(window "")
+if(pkgcfg_lib_GLFW_glfw)
+    execute_process(COMMAND "${PATCHELF}" --print-soname "${pkgcfg_lib_GLFW_glfw}"
+                    OUTPUT_VARIABLE soname OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+    cmake_path(REPLACE_FILENAME pkgcfg_lib_GLFW_glfw "${soname}" OUTPUT_VARIABLE window)
+endif()
+copy_libraries("${root}/lib/aula" "${bundle}/lib" "${program}" "${library}" ${window})
 run("${PATCHELF}" --set-rpath "$ORIGIN/lib" "${plugin}")
 run("${PATCHELF}" --set-rpath "$ORIGIN/aula" "${library}")
 run("${PATCHELF}" --set-rpath "$ORIGIN/../lib/aula" "${program}")

@@ -91,17 +91,16 @@ std::string run_path() {
     const char* strings = nullptr;
     const ElfW(Dyn)* run_path = nullptr;
     for (const ElfW(Dyn)* entry = binary->l_ld; entry->d_tag != DT_NULL; ++entry) {
-        if (entry->d_tag == DT_STRTAB)
-            strings = reinterpret_cast<const char*>(entry->d_un.d_ptr);
+        if (entry->d_tag == DT_STRTAB) strings = reinterpret_cast<const char*>(entry->d_un.d_ptr);
         if (entry->d_tag == DT_RUNPATH) run_path = entry;
     }
     if (strings == nullptr || run_path == nullptr) return "";
     std::string folders = strings + run_path->d_un.d_val;
     // The program of the process has no name here.
     std::error_code error;
-    const std::filesystem::path file =
-        binary->l_name[0] != '\0' ? std::filesystem::path(binary->l_name)
-                                  : std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::filesystem::path file = binary->l_name[0] != '\0'
+                                           ? std::filesystem::path(binary->l_name)
+                                           : std::filesystem::read_symlink("/proc/self/exe", error);
     const std::string folder = file.parent_path().string();
     constexpr std::string_view kOrigin = "$ORIGIN";
     for (auto at = folders.find(kOrigin); at != std::string::npos;

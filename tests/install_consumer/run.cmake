@@ -22,7 +22,7 @@ function(build component)
     set(foreign_engine "libportaudio|libjack|libasound|liblo|libsndfile|libsoxr")
     set(foreign_audio "libportaudio|libjack|libasound|liblo|libembree")
     set(foreign_session "libportaudio|libjack|libasound|liblo")
-    set(foreign_devices "libglfw|libGL")
+    set(foreign_devices "libglfw|libGL|libportaudio|libjack|libasound")
     set(examples_session render_file game_loop own_callback)
     foreach(program use_${component} ${examples_${component}})
         execute_process(COMMAND readelf -d "${WORK}/${component}/${program}"

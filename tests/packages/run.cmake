@@ -28,6 +28,14 @@ if(CASE STREQUAL "build")
             message(FATAL_ERROR "${package} does not depend on libmysofa1 and libsndfile1: ${fields}")
         endif()
     endforeach()
+    # Those that the program loads to play.
+    file(GLOB program "${WORK}/packages/aula_*.deb")
+    execute_process(COMMAND dpkg-deb --field "${program}" Depends Recommends
+                    OUTPUT_VARIABLE fields COMMAND_ERROR_IS_FATAL ANY)
+    if(NOT fields MATCHES "Recommends: libjack[^\n]*, libasound2" OR
+       fields MATCHES "Depends: [^\n]*(libjack|libasound|libglfw|libgl1)")
+        message(FATAL_ERROR "${program}: ${fields}")
+    endif()
     # Nothing outside the prefix.
     foreach(package IN LISTS packages)
         execute_process(COMMAND dpkg-deb --contents "${package}" OUTPUT_VARIABLE contents
