@@ -185,7 +185,7 @@ TEST_CASE("An output file does not take the number of a closed standard descript
     const auto response = [&](const std::string& name, const std::string& closed) {
         const std::string out = folder.path() / name;
         require_ok(run_program({"bash", "-c",
-                                "exec \"$0\" \"$1\" --frames 1 --ir \"$2\" --report " + closed,
+                                "exec \"$0\" \"$1\" --frames 1 --ir \"$2\" " + closed,
                                 AULA_PROGRAM, scene, out}));
         return read_file(out);
     };
@@ -193,6 +193,11 @@ TEST_CASE("An output file does not take the number of a closed standard descript
     CHECK(expected.size() > 1000);
     CHECK((response("out.wav", "1>&-") == expected));
     CHECK((response("all.wav", "0<&- 1>&- 2>&-") == expected));
+    // A table for a closed standard output is lost.
+    const ProgramResult lost = run_program(
+        {"bash", "-c", "exec \"$0\" \"$1\" --frames 1 --report 1>&-", AULA_PROGRAM, scene});
+    CHECK(lost.status == 1);
+    CHECK(lost.err.find("standard output: cannot write") != std::string::npos);
 }
 
 // The address sanitizer needs more address space than the limit allows.

@@ -126,7 +126,7 @@ TEST_CASE("bad arguments of aula dataset are one line and exit status 2") {
         {{"slurm", out, "--time", "soon"}, "--time: \"soon\" is not usable"},
         {{"merge", out}, "--to is missing"},
         {{"merge", out, "--to", "flac"}, "expected hdf5, sofa or wav"},
-        {{"merge", out, "--to", "wav"}, "has no whole shard 0-1; expected all shards"},
+        {{"merge", out, "--to", "wav"}, "has no usable shard 0-1; expected all shards"},
     };
     for (const Bad& b : bad) require_refused(run_dataset(b.arguments), b.message);
     CHECK(names_in(out) == std::vector<std::string>{"plan.json", "plan.jsonl"});
@@ -240,7 +240,7 @@ TEST_CASE("a pipe in the folder of a dataset is refused and blocks nothing") {
     std::filesystem::remove(out / "shard-00001.tar");
     REQUIRE(mkfifo((out / "shard-00001.tar").c_str(), 0600) == 0);
     CHECK(require_dataset({"status", out, "--missing"}).out == "1\n");
-    require_refused(run_dataset({"merge", out, "--to", "wav"}), "has no whole shard 1");
+    require_refused(run_dataset({"merge", out, "--to", "wav"}), "has no usable shard 1");
     require_refused(run_dataset({"run", out, "--shard", "1"}),
                     "shard-00001.tar: is not a regular file");
     std::filesystem::remove(out / "shard-00001.tar");

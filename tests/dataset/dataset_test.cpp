@@ -137,7 +137,7 @@ TEST_CASE("a complete shard is kept, a damaged one is computed again") {
     CHECK(require_dataset({"status", out, "--missing"}).out == "1\n");
     const ProgramResult merged = run_dataset({"merge", out, "--to", "wav"});
     CHECK(merged.status == 2);
-    CHECK(merged.err.find("has no whole shard 1; expected all shards") != std::string::npos);
+    CHECK(merged.err.find("has no usable shard 1; expected all shards") != std::string::npos);
     CHECK_FALSE(fs::exists(out / "wav"));
     run_shards(out, 2);
     CHECK(read_file(shard) == bytes);

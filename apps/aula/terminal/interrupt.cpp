@@ -25,8 +25,10 @@ std::atomic<int> first_signal = 0;
 void open_standard_descriptors() {
     for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
         if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-        // open() returns the lowest free descriptor, which is this one.
-        if (open("/dev/null", O_RDWR) != descriptor) _exit(1);
+        // open() returns the lowest free descriptor, which is this one. Output to a closed
+        // standard output is lost: writing it must fail.
+        const int mode = descriptor == STDOUT_FILENO ? O_RDONLY : O_RDWR;
+        if (open("/dev/null", mode) != descriptor) _exit(1);
     }
 }
 

@@ -119,7 +119,7 @@ MergeSizes measure_shards(const Plan& plan, const std::function<bool()>& continu
     }
     if (!missing.empty())
         throw InputError(plan.folder.string(), "",
-                         "has no whole shard " + array_text(missing) +
+                         "has no usable shard " + array_text(missing) +
                              "; expected all shards (aula dataset run): " + reason);
     return sizes;
 }

@@ -99,7 +99,8 @@ bool ShardReader::next() {
     if (!ahead_ || !is_member(*ahead_, item_, ".json") || ahead_->size > kLargestJson)
         fail("has no item " + std::to_string(item_));
     json_ = std::move(*ahead_);
-    if (item_ == range_.first_item) check_plan(plan_, tar_.read(json_), tar_.name());
+    if (item_ == range_.first_item)
+        check_plan(plan_, tar_.read(json_), tar_.name() + ": item " + std::to_string(item_));
     wav_.reset();
     ahead_ = tar_.next();
     if (ahead_ && is_member(*ahead_, item_, ".wav")) {
