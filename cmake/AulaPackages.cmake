@@ -49,7 +49,7 @@ endfunction()
 # Of the libraries that dpkg-shlibdeps does not see: those of embedded programs, and those that the
 # program loads to play.
 set(embedded ${SNDFILE_LINK_LIBRARIES} ${MYSOFA_LINK_LIBRARIES} ${AULA_HDF5_LIBRARIES})
-list(FILTER embedded INCLUDE REGEX "/lib(sndfile|mysofa|hdf5)[^/]*\\.so$")
+list(FILTER embedded INCLUDE REGEX "/lib(sndfile|mysofa|hdf5|sz)[^/]*\\.so$")
 find_packages(embedded_depends ${embedded})
 find_packages(played ${JACK_LINK_LIBRARIES} ${ALSA_LINK_LIBRARIES} ${pkgcfg_lib_GLFW_glfw})
 

@@ -43,9 +43,7 @@ void refuse_rate(const DeviceInfo& device, double wanted_hz, double device_hz) {
 }
 
 std::vector<DeviceInfo> list_output_devices() {
-    // JACK first: this silences the messages that its library prints when PortAudio tries it.
-    std::vector<DeviceInfo> jack = list_jack_outputs();
-    return merge_outputs(std::move(jack), list_port_audio_outputs());
+    return merge_outputs(list_jack_outputs(), list_port_audio_outputs());
 }
 
 struct AudioDevice::State {

@@ -24,8 +24,9 @@ if(CASE STREQUAL "build")
         execute_process(COMMAND dpkg-deb --field "${package}" Package Depends
                         OUTPUT_VARIABLE fields COMMAND_ERROR_IS_FATAL ANY)
         if(NOT fields MATCHES "Package: libaula-dev" AND
-           NOT (fields MATCHES "libmysofa1" AND fields MATCHES "libsndfile1"))
-            message(FATAL_ERROR "${package} does not depend on libmysofa1 and libsndfile1: ${fields}")
+           NOT (fields MATCHES "libmysofa1" AND fields MATCHES "libsndfile1" AND
+                fields MATCHES "libsz2|libhdf5"))
+            message(FATAL_ERROR "${package} lacks a library of its readers: ${fields}")
         endif()
     endforeach()
     # Those that the program loads to play.
