@@ -301,6 +301,20 @@ class Scenes(unittest.TestCase):
                 room = aula.load_scene(file)
             self.assertEqual(pickle.loads(pickle.dumps(room)).hash, room.hash)
 
+    def test_model(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "room.obj"
+            corners = [(x, y, z) for z in (0, 3) for y in (0, 4) for x in (0, 5)]
+            faces = ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
+            file.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) +
+                            "usemtl Putz\n" + "".join(f"f {face}\n" for face in faces))
+            with warnings.catch_warnings(record=True) as guesses:
+                warnings.simplefilter("always")
+                room = aula.load_scene(file)
+        self.assertEqual(list(room.materials), ["plaster"])
+        self.assertEqual(list(room.sources), ["clap"])
+        self.assertIn("guessed material", str(guesses[0].message))
+
     def test_materials(self):
         room = aula.Scene.shoebox((6, 5, 3), material="plaster")
         self.assertEqual(list(room.materials), ["wall"])

@@ -231,7 +231,8 @@ def _unpickle(state: bytes, has_listener: bool) -> Scene:
 
 
 def load_scene(file: str | os.PathLike[str]) -> Scene:
-    """Reads a scene file; warns of what its check reports."""
+    """Reads a scene file, or a model (.obj, .gltf, .glb, .ply, .stl); warns of what its check
+    reports and of what is guessed."""
     scene, lines = _aula.Scene.load(to_file("file", file))
     for line in lines:
         warnings.warn(line, stacklevel=2)
