@@ -80,10 +80,10 @@ std::string index_line(const ShardItem& item, const std::string& file) {
                        std::to_string(item.seed) + "," + file;
     for (const PlannedPose& pose : {item.source, item.receiver})
         for (const float x : {pose.position.x, pose.position.y, pose.position.z})
-            line += "," + json_number(x);
-    line += "," + std::to_string(item.samples) + "," + item.scene_sha256;
+            line += ',' + json_number(x);
+    line += ',' + std::to_string(item.samples) + "," + item.scene_sha256;
     for (const double t30_s : item.t30_s[0])
-        line += std::isnan(t30_s) ? "," : "," + json_number(t30_s);
+        line += std::isnan(t30_s) ? "," : ',' + json_number(t30_s);
     return line + "\n";
 }
 

@@ -37,7 +37,7 @@ int reserve(const std::filesystem::path& path) {
 
 NewFile::NewFile(const std::string& stem, const std::string& extension) {
     for (int number = 1; descriptor_ < 0; ++number) {
-        path_ = stem + (number > 1 ? "-" + std::to_string(number) : "") + extension;
+        path_ = stem + (number > 1 ? '-' + std::to_string(number) : "") + extension;
         descriptor_ = reserve(path_);
         if (descriptor_ >= 0 || errno == EEXIST) continue;
         throw InputError(path_.string(), "",

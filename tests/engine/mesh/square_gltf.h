@@ -10,8 +10,8 @@ namespace aula::test {
 inline std::string square_bytes() {
     const float corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
     const std::uint16_t indices[] = {0, 1, 2, 0, 2, 3};
-    return std::string(reinterpret_cast<const char*>(corners), sizeof corners) +
-           std::string(reinterpret_cast<const char*>(indices), sizeof indices);
+    std::string bytes(reinterpret_cast<const char*>(corners), sizeof corners);
+    return bytes.append(reinterpret_cast<const char*>(indices), sizeof indices);
 }
 
 /// A scene with one node: the square of material "stone", with its bytes in "square.bin".
