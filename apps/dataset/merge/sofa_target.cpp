@@ -23,9 +23,9 @@ std::vector<double> numbers(const Vec3& v) { return {double{v.x}, double{v.y}, d
 /// One SOFA file.
 class SofaFile {
  public:
-    SofaFile(const MergedFolder& folder, const std::string& name, const Plan& plan,
+    SofaFile(const MergedFolder& folder, const std::string& file, const Plan& plan,
              const std::vector<ShardItem>& items)
-        : plan_(plan), items_(items), out_(folder.path(name), folder.named(name)) {
+        : plan_(plan), items_(items), out_(folder.path(file), folder.named(file)) {
         std::size_t samples = 1;
         for (const ShardItem& item : items)
             samples = std::max(samples, static_cast<std::size_t>(item.samples));
