@@ -158,7 +158,7 @@ std::string format_markdown(const std::vector<Column>& columns, const std::vecto
     for (const Row& row : rows) {
         table += "|";
         for (const Column& column : columns) {
-            table += " " + to_text(row.at(column.figure), column.decimals) + " |";
+            table.append(" ").append(to_text(row.at(column.figure), column.decimals)).append(" |");
         }
         table += "\n";
     }
