@@ -76,7 +76,7 @@ TEST_CASE("an answer that ends early is reported when the program ends, not at i
     CHECK_THROWS_WITH(process.read(value), Contains("ends before its answer is complete"));
 }
 
-TEST_CASE("a contained program may be a file; without the file it is a failure") {
+TEST_CASE("a contained program may be a file, and without the file it is a failure") {
     const aula::test::TemporaryFolder folder;
     const std::filesystem::path file = folder.write("file", "all nothing");
     const std::filesystem::path program = AULA_CONTAINED_ATTEMPTS;
