@@ -35,9 +35,7 @@ struct FreePorts {
 
 /// Null without a server, and where JACK is not installed.
 Client open_client(const char* name) {
-    if (load_jack() == nullptr) return nullptr;
-    jack_set_error_function(ignore);
-    jack_set_info_function(ignore);
+    if (!load_silent_jack()) return nullptr;
     jack_status_t status{};
     return Client(jack_client_open(name, JackNoStartServer, &status));
 }
@@ -185,6 +183,13 @@ class JackInput final : public Input {
 };
 
 }  // namespace
+
+bool load_silent_jack() {
+    if (load_jack() == nullptr) return false;
+    jack_set_error_function(ignore);
+    jack_set_info_function(ignore);
+    return true;
+}
 
 std::vector<DeviceInfo> list_jack_outputs() {
     setenv("JACK_NO_START_SERVER", "1", 0);

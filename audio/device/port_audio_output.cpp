@@ -114,6 +114,7 @@ class PortAudio {
         if (!is_alsa_configured())
             throw Failure("audio cannot be initialised: ALSA has no usable configuration");
         PaUtil_SetDebugPrintFunction(ignore);
+        load_silent_jack();  // a PCM of ALSA may use it
         const PaError error = Pa_Initialize();
         if (error != paNoError) {
             throw Failure("audio cannot be initialised: " + reason(error));

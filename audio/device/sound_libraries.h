@@ -7,4 +7,7 @@ namespace aula {
 void* load_jack();
 void* load_alsa();
 
+/// Loads libjack and turns off its messages. False if there is none.
+bool load_silent_jack();
+
 }  // namespace aula
