@@ -87,6 +87,7 @@ constexpr Meaning kFound[] = {
     {"unexpected false literal", "false"},
     {"unexpected null literal", "null"},
     {"unexpected end of input", "the end of the text"},
+    {"empty input", "the end of the text"},
 };
 
 constexpr Meaning kExpected[] = {
@@ -96,6 +97,7 @@ constexpr Meaning kExpected[] = {
     {"parsing array", "',' or ']'"},
     {"; expected end of input", "the end of the text"},
     {"parsing value", "a value"},
+    {"empty input", "a value"},
 };
 
 // "line L, column C" of a byte offset, both counted from 1.
