@@ -223,7 +223,8 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
                                   ? ": the room is open, or faces of its mesh are missing"
                                   : ": the room has a hole"));
     } else {
-        std::printf("%s: %s: harmless\n", findings.arguments().scene.c_str(), line.c_str());
+        std::printf("%s: %s: harmless\n",
+                    printable_line(findings.arguments().scene.string()).c_str(), line.c_str());
     }
 }
 

@@ -8,6 +8,7 @@
 #include "apps/session/base/output_file.h"
 #include "apps/session/base/printable.h"
 #include "aula/exception.h"
+#include "engine/mesh/mesh_import.h"
 #include "engine/model/model_scene.h"
 
 namespace aula {
@@ -29,7 +30,7 @@ std::string scene_text(const fs::path& file, const ModelScene& model) {
 
 int import_model(const Arguments& arguments) {
     const fs::path& file = arguments.scene;
-    if (!is_model(file))
+    if (!is_mesh_file(file))
         throw InputError(file.string(), "",
                          "is no model that Aula reads; expected .obj, .gltf, .glb, .ply or .stl "
                          "(assimp export MODEL MODEL.glb converts others)");

@@ -13,6 +13,14 @@ namespace aula {
 
 namespace {
 
+/// The extension in lower case, with its dot.
+std::string extension_of(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
 [[noreturn]] void refuse_type(const std::string& extension) {
     throw InputError("files of the type " + quoted(extension) +
                      " are not read; expected OBJ, glTF, GLB, PLY or STL");
@@ -20,10 +28,18 @@ namespace {
 
 }  // namespace
 
+bool is_gltf_file(const std::filesystem::path& file) {
+    const std::string extension = extension_of(file);
+    return extension == ".gltf" || extension == ".glb";
+}
+
+bool is_mesh_file(const std::filesystem::path& file) {
+    const std::string extension = extension_of(file);
+    return is_gltf_file(file) || extension == ".obj" || extension == ".ply" || extension == ".stl";
+}
+
 ImportedMesh import_mesh(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = extension_of(file);
     std::vector<std::filesystem::path> files;
     const auto bytes = [&](const std::filesystem::path& part) {
         files.push_back(part);
@@ -36,7 +52,7 @@ ImportedMesh import_mesh(const std::filesystem::path& file) {
         mesh = read_ply(bytes(file));
     } else if (extension == ".stl") {
         mesh = read_stl(bytes(file));
-    } else if (extension == ".gltf" || extension == ".glb") {
+    } else if (is_gltf_file(file)) {
         mesh = read_gltf(bytes(file), [&](const std::filesystem::path& buffer) {
             return bytes(file.parent_path() / buffer);
         });

@@ -47,6 +47,10 @@ inline constexpr std::uint64_t kMaxMeshTriangles = 20'000'000;
 /// The material name of faces without one.
 inline constexpr const char* kNamelessMaterial = "DefaultMaterial";
 
+/// Whether the file's extension is that of OBJ, glTF, GLB, PLY or STL, in any case; of glTF or GLB.
+bool is_mesh_file(const std::filesystem::path& file);
+bool is_gltf_file(const std::filesystem::path& file);
+
 /// Reads OBJ, glTF, GLB, PLY or STL according to the file's extension. The file may be malicious:
 /// its size is bounded, all indices are checked and reading never blocks. Throws InputError with
 /// the message "what is wrong; what was expected".

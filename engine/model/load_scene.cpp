@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "aula/engine/scene_file.h"
+#include "engine/mesh/mesh_import.h"
 #include "engine/model/model_scene.h"
 #include "engine/scene/scene_reading.h"
 #include "process/regular_file.h"
@@ -12,7 +13,7 @@ LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
     constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20U;
     const std::filesystem::path folder = file.parent_path();
     const std::string name = file.string();
-    if (!is_model(file))
+    if (!is_mesh_file(file))
         return parse_scene(read_regular_file(file, kMaxBytes, "a scene file"), name, folder,
                            signals);
     ModelScene model = scene_of_model(file, folder);

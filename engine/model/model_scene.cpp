@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
@@ -19,19 +18,13 @@
 #include "engine/model/standing_places.h"
 #include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
+#include "engine/scene/scene_values.h"
 
 namespace aula {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string extension_of(const fs::path& file) {
-    std::string extension = file.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension;
-}
 
 /// A number with at most three decimals.
 JsonValue rounded(double x) { return {std::round(x * 1000) / 1000}; }
@@ -96,10 +89,8 @@ class SceneMaker {
           folder_(folder),
           options_(options),
           mesh_(import_mesh(file)),
-          library_(material_library()) {
-        const std::string extension = extension_of(file);
-        is_gltf_ = extension == ".gltf" || extension == ".glb";
-    }
+          library_(material_library()),
+          is_gltf_(is_gltf_file(file)) {}
 
     ModelScene make() {
         JsonValue::Object geometry;
@@ -138,8 +129,8 @@ class SceneMaker {
             const Vec3 area = projected_area(mesh_, horizontal);
             const Bounds bounds = bounds_of(mesh_.vertices);
             const Vec3 size = bounds.max - bounds.min;
-            constexpr float kClearly = 2;
-            constexpr float kLower = 0.8F;
+            constexpr float kClearly = 2;  // stairs and tables with the same names have other faces
+            constexpr float kLower = 0.8F;  // nearly equal extents say nothing
             if (area.y > kClearly * area.z) {
                 y_up = true;
                 guess("up: y, the faces named as floors and ceilings lie across it");
@@ -246,7 +237,7 @@ class SceneMaker {
         const double yaw_deg =
             level > 0 ? std::atan2(double{front.y}, double{front.x}) * kDegrees : 0;
         const double pitch_deg = std::atan2(double{front.z}, level) * kDegrees;
-        // Whole degrees: nobody hears less.
+        // In whole degrees, which is the accuracy of localisation in front.
         if (std::round(yaw_deg) != 0) set(object, "yaw_deg", {std::round(yaw_deg)});
         if (std::round(pitch_deg) != 0) set(object, "pitch_deg", {std::round(pitch_deg)});
     }
@@ -265,9 +256,10 @@ class SceneMaker {
     void add_source(const ImportedPlace& place) {
         const std::optional<std::string> sound = sound_of(place);
         JsonValue::Object source;
-        std::string name = place.name.empty() ? "source" : place.name;
+        const std::string given = place.name.empty() ? "source" : place.name;
+        std::string name = given;
         for (int copy = 2; !source_names_.insert(name).second; ++copy)
-            name = place.name + " " + std::to_string(copy);
+            name = given + " " + std::to_string(copy);
         set(source, "name", text(name));
         set(source, "position", point(place.position));
         face(source, place.front);
@@ -294,7 +286,11 @@ class SceneMaker {
             const Bounds bounds = bounds_of(mesh_.vertices);
             const Scene scene = geometry_scene();
             const RayScene rays(scene);
-            const std::vector<Vec3> places = standing_places(rays, bounds);
+            // Reading the scene refuses larger coordinates.
+            const Bounds readable{Vec3(-kLargestCoordinate_m), Vec3(kLargestCoordinate_m)};
+            const bool is_readable = readable.contains(bounds.min) && readable.contains(bounds.max);
+            const std::vector<Vec3> places =
+                is_readable ? standing_places(rays, bounds) : std::vector<Vec3>();
             const Vec3 middle = (bounds.min + bounds.max) / 2.0F;
             const std::string reason = places.empty()
                                            ? "the middle of the model, which has no place "
@@ -328,7 +324,7 @@ class SceneMaker {
     ModelOptions options_;
     ImportedMesh mesh_;
     std::vector<LibraryMaterial> library_;
-    bool is_gltf_ = false;
+    bool is_gltf_;
     JsonValue::Object materials_;
     JsonValue::Array sources_;
     std::set<std::string> source_names_;
@@ -337,12 +333,6 @@ class SceneMaker {
 };
 
 }  // namespace
-
-bool is_model(const fs::path& file) {
-    const std::string extension = extension_of(file);
-    constexpr std::array kModels{".obj", ".gltf", ".glb", ".ply", ".stl"};
-    return std::find(kModels.begin(), kModels.end(), extension) != kModels.end();
-}
 
 ModelScene scene_of_model(const fs::path& file, const fs::path& folder,
                           const ModelOptions& options) {

@@ -21,9 +21,6 @@ struct ModelScene {
     std::vector<std::string> guesses;
 };
 
-/// Whether the name is that of a mesh file: .obj, .gltf, .glb, .ply or .stl.
-bool is_model(const std::filesystem::path& file);
-
 /// Makes the scene of a mesh file: its materials by their properties in glTF ("extras"), by their
 /// names, or by guess; its unit and axes; sources and listener of the file (ImportedPlace), or
 /// where people would stand. File names in the scene are relative to `folder`. Throws InputError.

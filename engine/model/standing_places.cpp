@@ -130,8 +130,13 @@ std::vector<Vec3> standing_places(const RayScene& scene, const Bounds& bounds) {
     const float step_m = std::max(std::max(size.x, size.y) / kGrid, kClosest_m);
     std::vector<Place> places;
     std::vector<Vec3> open;
-    for (float x = bounds.min.x + step_m / 2; x < bounds.max.x; x += step_m) {
-        for (float y = bounds.min.y + step_m / 2; y < bounds.max.y; y += step_m) {
+    // Counted: far from the origin a sum of steps may not grow.
+    const auto columns = static_cast<int>(size.x / step_m + 0.5F);
+    const auto rows = static_cast<int>(size.y / step_m + 0.5F);
+    for (int column = 0; column < columns; ++column) {
+        const float x = bounds.min.x + (static_cast<float>(column) + 0.5F) * step_m;
+        for (int row = 0; row < rows; ++row) {
+            const float y = bounds.min.y + (static_cast<float>(row) + 0.5F) * step_m;
             const EarHeights heights = ear_heights(scene, x, y, bounds);
             if (heights.open_m) open.emplace_back(x, y, *heights.open_m);
             for (const float z : heights.covered_m) {
@@ -142,7 +147,8 @@ std::vector<Vec3> standing_places(const RayScene& scene, const Bounds& bounds) {
         }
     }
     if (places.empty()) return on_ground(scene, std::move(open), bounds);
-    // The room of the most open place: what it sees, and what that sees.
+    // The room of the most open place: what it sees, and what that sees. Two rows of places see the
+    // room of all but a labyrinth.
     std::vector<Vec3> room{
         std::max_element(places.begin(), places.end(), [](const Place& a, const Place& b) {
             return a.openness_m < b.openness_m;
@@ -177,7 +183,7 @@ std::optional<Vec3> source_place(const RayScene& scene, const std::vector<Vec3>&
 
 std::optional<Vec3> listener_place(const RayScene& scene, const std::vector<Vec3>& places,
                                    const Vec3& source) {
-    // Where a conversation changes to listening across a room.
+    // Across a living room, and in the first rows of a hall.
     constexpr float kWanted_m = 5;
     std::optional<Vec3> best;
     float best_m = 0;

@@ -7,14 +7,14 @@
 namespace aula {
 
 std::optional<LengthUnit> guess_unit(const glm::dvec3& size) {
-    constexpr double kLowest_m = 1.8;
-    constexpr double kHighest_m = 60;
-    constexpr double kWidest_m = 300;
+    constexpr double kLowest_m = 1.8;  // a person stands
+    constexpr double kHighest_m = 60;  // the highest nave has 48 m
+    constexpr double kWidest_m = 300;  // the longest halls of fairs
     const auto fits = [&](double metres, double lowest_m) {
         return size.z * metres >= lowest_m && size.z * metres <= kHighest_m &&
                std::max(size.x, size.y) * metres <= kWidest_m;
     };
-    // A model in metres may be as flat as it likes: a yard, or a sheet.
+    // In metres a model may have any height below the limit: a yard, or a sheet.
     if (fits(1, 0)) return std::nullopt;
     constexpr std::array<LengthUnit, 3> kUnits{
         {{1e-3, "millimetres"}, {1e-2, "centimetres"}, {0.0254, "inches"}}};

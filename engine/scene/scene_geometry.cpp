@@ -269,11 +269,7 @@ bool has_y_up(const JsonReader& json) {
         return axis == "y";
     }
     const auto file = json.find("file");
-    if (!file) return false;
-    std::string extension = std::filesystem::path(file->string("a file")).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return extension == ".gltf" || extension == ".glb";
+    return file && is_gltf_file(file->string("a file"));
 }
 
 // Applies the up axis, then the scale.

@@ -11,6 +11,7 @@
 
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/mesh/mesh_import.h"
 #include "engine/rays/ray_scene.h"
 #include "tests/engine/mesh/square_gltf.h"
 #include "tests/support/temporary_folder.h"
@@ -248,12 +249,34 @@ TEST_CASE("In a house people stand in its largest room, not in a wall or on the 
     }
 }
 
+TEST_CASE("A model far from the origin is read, or refused where single precision ends") {
+    const TemporaryFolder folder;
+    const auto moved = [&](double by) {
+        std::string obj = box_obj(8, 6, 3, {"Wall"});
+        std::istringstream lines(obj);
+        std::string text;
+        for (std::string line; std::getline(lines, line);) {
+            double x = 0, y = 0, z = 0;
+            text += std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3
+                        ? "v " + std::to_string(x + by) + " " + std::to_string(y) + " " +
+                              std::to_string(z) + "\n"
+                        : line + "\n";
+        }
+        return folder.write("far.obj", text);
+    };
+    const Scene scene = load_scene(moved(500'000)).scene;
+    CHECK(is_inside(bounds_of(scene), scene.sources[0].position_at(0), 0.5F));
+    // As in a map's coordinates.
+    CHECK_THROWS_WITH(load_scene(moved(4'500'000)), Contains("more than 1e6 m from the origin"));
+    CHECK_THROWS_WITH(load_scene(moved(1e30)), Contains("far.obj: "));
+}
+
 TEST_CASE("A model that cannot be read is one line with its name") {
     const TemporaryFolder folder;
     CHECK_THROWS_WITH(load_scene(folder.path() / "none.glb"),
                       Contains("none.glb: no such file; expected"));
     CHECK_THROWS_WITH(load_scene(folder.write("bad.ply", "ply\n")), Contains("bad.ply: "));
-    CHECK(is_model("A.GLB"));
-    CHECK_FALSE(is_model("scene.json"));
-    CHECK_FALSE(is_model("obj"));
+    CHECK(is_mesh_file("A.GLB"));
+    CHECK_FALSE(is_mesh_file("scene.json"));
+    CHECK_FALSE(is_mesh_file("obj"));
 }
