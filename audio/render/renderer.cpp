@@ -7,7 +7,6 @@
 #include "audio/dsp/fade.h"
 #include "audio/render/frame_phase.h"
 #include "audio/render/render_frame.h"
-#include "audio/spatial/ambisonic_decoder.h"
 
 namespace aula {
 
@@ -17,8 +16,7 @@ namespace {
 class Decoder {
  public:
     Decoder(const RendererConfig& config, const Hrtf& hrtf)
-        : Decoder(static_cast<std::size_t>(config.block),
-                  design_decoder(hrtf.responses(), field_order(config))) {}
+        : Decoder(static_cast<std::size_t>(config.block), hrtf.decoder(field_order(config))) {}
 
     void process(std::span<const float* const> field, std::span<float* const> ears,
                  std::size_t samples) noexcept AULA_NONBLOCKING {

@@ -1,15 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <vector>
 
 #include "audio/spatial/head_responses.h"
+#include "audio/spatial/hrtf.h"
 
 namespace aula {
-
-/// Filters from ambisonic channels to the ears: [ear][channel][sample].
-using AmbisonicDecoder = std::array<std::vector<std::vector<float>>, 2>;
 
 /// Additional delay of decoded sound re sound filtered by the head responses directly. The
 /// decoder's filters ring before their peak, too.

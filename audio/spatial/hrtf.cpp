@@ -13,6 +13,7 @@
 
 #include "audio/dsp/fft.h"
 #include "audio/dsp/resample.h"
+#include "audio/spatial/ambisonic_decoder.h"
 #include "audio/spatial/ambisonics.h"
 #include "audio/spatial/default_head.h"
 #include "audio/spatial/direction_set.h"
@@ -231,6 +232,8 @@ struct Hrtf::State {
     std::size_t taps = 0;
     HeadResponses head;
     double centre_delay_s = 0;
+    std::mutex mutex;                          ///< of `decoders`
+    std::map<int, AmbisonicDecoder> decoders;  ///< [order] that have been designed
 };
 
 Hrtf::Hrtf(const std::filesystem::path& sofa_file, double sample_rate_hz)
@@ -302,6 +305,13 @@ Hrtf::~Hrtf() = default;
 std::size_t Hrtf::taps() const { return state_->taps; }
 
 const HeadResponses& Hrtf::responses() const { return state_->head; }
+
+const AmbisonicDecoder& Hrtf::decoder(int order) const {
+    const std::lock_guard lock(state_->mutex);
+    const auto known = state_->decoders.find(order);
+    if (known != state_->decoders.end()) return known->second;
+    return state_->decoders.emplace(order, design_decoder(state_->head, order)).first->second;
+}
 
 std::array<Hrtf::Ear, 2> Hrtf::ears(const std::array<float, 3>& direction) const {
     std::array<Ear, 2> both;

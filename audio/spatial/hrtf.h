@@ -10,6 +10,9 @@
 
 namespace aula {
 
+/// Filters from ambisonic channels to the ears: [ear][channel][sample].
+using AmbisonicDecoder = std::array<std::vector<std::vector<float>>, 2>;
+
 struct HeadMeasurements;
 struct HeadResponses;
 
@@ -46,6 +49,10 @@ class Hrtf {
 
     /// The responses at the measured directions, and at those that close gaps of the measurement.
     const HeadResponses& responses() const;
+
+    /// The decoder to both ears of an ambisonic field of order 1 to 3, see design_decoder().
+    /// Designed at the first call for an order. [any thread but the audio thread]
+    const AmbisonicDecoder& decoder(int order) const;
 
  private:
     struct State;

@@ -58,7 +58,7 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
                          T30.csv; several sources: T30-NAME.png
   --height M             z of the receivers in metres [1.2]
   --spacing M            distance of the receivers in metres [0.5]
-  --interaural           maps of IACC, too, which take about 1 s for each receiver and source
+  --interaural           maps of IACC, too, which take about 0.3 s for each receiver and source
 
 report (with --frames, --speech-level, --noise-level, positions and simulation)
   --html OUT.html        one file with plan, parameters, plots, conditions and materials

@@ -185,6 +185,14 @@ double worst_level_difference_error_db(const Field& field,
 
 }  // namespace
 
+TEST_CASE("Head responses keep the decoder that they have designed") {
+    const AmbisonicDecoder& first = kemar().decoder(1);
+    CHECK(&kemar().decoder(1) == &first);
+    CHECK(first[0].size() == 4);
+    CHECK(kemar().decoder(2)[0].size() == 9);
+    CHECK((first == design_decoder(kemar().responses(), 1)));
+}
+
 TEST_CASE("A decoded diffuse field has the colour and coherence of one rendered from everywhere") {
     // The requirement is 1 dB per octave. The remaining error is due to the finite length of the
     // filters. The calculation is deterministic.
