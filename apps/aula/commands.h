@@ -18,6 +18,7 @@ int measure(const Arguments& arguments);
 int dataset(const DatasetArguments& arguments);
 int map_room(const Arguments& arguments);
 int report_room(const Arguments& arguments);
+int analyse(const Arguments& arguments);
 
 /// Reads a scene file; prints its warnings to standard error. Throws InputError.
 LoadedScene read_scene_file(const std::filesystem::path& file, const Arguments& arguments);

@@ -79,6 +79,8 @@ int run(const Arguments& arguments) {
             return map_room(arguments);
         case Command::report:
             return report_room(arguments);
+        case Command::analyse:
+            return analyse(arguments);
     }
     return 1;
 }

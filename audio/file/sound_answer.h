@@ -40,12 +40,12 @@ struct SoundHeader {
     }
 };
 
-/// Start of a block of samples: the means of all channels, in single precision. The last block is
+/// Start of a block of samples of all channels, interleaved, in single precision. The last block is
 /// empty.
 struct SoundBlock {
     static constexpr std::uint32_t kMaxSamples = 16384;  // fills the pipe: 64 KiB
 
-    std::uint32_t samples = 0;
+    std::uint32_t samples = 0;  ///< a multiple of the channels
     std::uint32_t damaged = 0;  ///< of the last block; 1: the file cannot be read to its end
 };
 

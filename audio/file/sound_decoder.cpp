@@ -105,16 +105,6 @@ std::uint64_t missing_bytes(Bytes file) {
     return promised > kLargestKnown || file.size() + 1 >= promised ? 0 : promised - file.size();
 }
 
-/// Mixes the channels down to their mean.
-void mix_down(const std::vector<float>& interleaved, std::size_t channels,
-              std::vector<float>& means) {
-    for (std::size_t i = 0; i < means.size(); ++i) {
-        float sum = 0;
-        for (std::size_t c = 0; c < channels; ++c) sum += interleaved[i * channels + c];
-        means[i] = sum / static_cast<float>(channels);
-    }
-}
-
 }  // namespace
 
 void decode_sound(Bytes file, const std::function<bool(const void*, std::size_t)>& write) {
@@ -137,19 +127,16 @@ void decode_sound(Bytes file, const std::function<bool(const void*, std::size_t)
     }
     if (!write(&header, sizeof(header)) || header.verdict != SoundHeader::Verdict::usable) return;
 
-    const auto channels = static_cast<std::size_t>(info.channels);
-    std::vector<float> interleaved(SoundBlock::kMaxSamples * channels);
-    std::vector<float> means;
+    std::vector<float> interleaved(SoundBlock::kMaxSamples);
+    const sf_count_t frames = SoundBlock::kMaxSamples / info.channels;
     while (true) {
-        const sf_count_t got =
-            sf_readf_float(sound.get(), interleaved.data(), SoundBlock::kMaxSamples);
+        const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), frames);
         SoundBlock block;
-        block.samples = static_cast<std::uint32_t>(std::max<sf_count_t>(got, 0));
-        means.resize(block.samples);
-        mix_down(interleaved, channels, means);
-        if (means.empty() && sf_error(sound.get()) != SF_ERR_NO_ERROR) block.damaged = 1;
-        if (!write(&block, sizeof(block)) || !write(means.data(), means.size() * sizeof(float)) ||
-            means.empty())
+        block.samples = static_cast<std::uint32_t>(std::max<sf_count_t>(got, 0) * info.channels);
+        const bool is_last = block.samples == 0;
+        if (is_last && sf_error(sound.get()) != SF_ERR_NO_ERROR) block.damaged = 1;
+        if (!write(&block, sizeof(block)) ||
+            !write(interleaved.data(), block.samples * sizeof(float)) || is_last)
             return;
     }
 }

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 #include <system_error>
 
 #include "audio/base/mute.h"
@@ -55,16 +56,37 @@ class DecodedFile {
 
     const SoundHeader& header() const { return header_; }
 
-    /// Appends the next samples. Returns false after the last one.
-    bool read(std::vector<float>& samples) {
-        SoundBlock block;
-        reader_.read(block);
-        if (block.samples > SoundBlock::kMaxSamples || block.damaged != 0)
-            fail("is damaged and cannot be read to its end; expected a whole sound file");
-        const std::size_t before = samples.size();
-        samples.resize(before + block.samples);
-        reader_.read_bytes(samples.data() + before, block.samples * sizeof(float));
-        return block.samples > 0;
+    /// The number of channels.
+    std::size_t channels() const { return static_cast<std::size_t>(header_.channels); }
+
+    /// Calls `take` with the samples of all channels at one time, one time after another, at most
+    /// `longest` of them. Returns the warnings of what was read.
+    template <typename Take>
+    std::vector<std::string> read(std::size_t longest, const Take& take) {
+        std::vector<float> block;
+        std::size_t count = 0;
+        while (read_block(block)) {
+            count += block.size() / channels();
+            if (count > longest)
+                fail("is too long; expected at most " +
+                     std::to_string(longest / static_cast<std::size_t>(header_.sample_rate_hz)) +
+                     " s of " + std::to_string(header_.sample_rate_hz) + " Hz");
+            for (std::size_t i = 0; i < block.size(); i += channels())
+                take(std::span<const float>(block).subspan(i, channels()));
+        }
+        if (count == 0) fail("has no samples; expected at least one");
+        std::vector<std::string> warnings;
+        const auto warn = [&](const std::string& problem) {
+            warnings.push_back(file_.string() + ": " + problem);
+        };
+        if (static_cast<std::int64_t>(count) < header_.samples &&
+            header_.samples != SoundHeader::kUnknown)
+            warn("ends after " + std::to_string(count) + " of " + std::to_string(header_.samples) +
+                 " samples");
+        if (header_.missing_bytes > 0)
+            warn("is cut off: " + std::to_string(header_.missing_bytes) +
+                 " bytes are missing at its end");
+        return warnings;
     }
 
     [[noreturn]] void fail(const std::string& problem) const {
@@ -72,10 +94,29 @@ class DecodedFile {
     }
 
  private:
+    /// Reads the next samples of all channels, interleaved. Returns false after the last ones.
+    bool read_block(std::vector<float>& samples) {
+        SoundBlock block;
+        reader_.read(block);
+        if (block.samples > SoundBlock::kMaxSamples || block.samples % channels() != 0 ||
+            block.damaged != 0)
+            fail("is damaged and cannot be read to its end; expected a whole sound file");
+        samples.resize(block.samples);
+        reader_.read_bytes(samples.data(), block.samples * sizeof(float));
+        return block.samples > 0;
+    }
+
     fs::path file_;
     ContainedProcess reader_;
     SoundHeader header_;
 };
+
+/// Samples beyond 1e6 become silence, with a warning for the file.
+void mute(std::vector<float>& samples, const fs::path& file, std::vector<std::string>& warnings) {
+    if (const std::size_t muted = mute_beyond(kLargestSample, samples); muted > 0)
+        warnings.push_back(file.string() + ": " + std::to_string(muted) +
+                           " samples that are not finite, or beyond 1e6, taken as silence");
+}
 
 }  // namespace
 
@@ -91,33 +132,34 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
 
     SoundClip clip;
     clip.sample_rate_hz = sample_rate_hz;
-    const auto max = static_cast<std::size_t>(
+    const auto longest = static_cast<std::size_t>(
         static_cast<double>(kMaxSamples) * std::min(1.0, header.sample_rate_hz / sample_rate_hz));
-    while (decoded.read(clip.samples)) {
-        if (clip.samples.size() > max) {
-            decoded.fail("is too long; expected at most " +
-                         std::to_string(max / static_cast<std::size_t>(header.sample_rate_hz)) +
-                         " s of " + std::to_string(header.sample_rate_hz) + " Hz");
-        }
-    }
-    if (clip.samples.empty()) decoded.fail("has no samples; expected at least one");
-    const auto warn = [&](const std::string& problem) {
-        clip.warnings.push_back(file.string() + ": " + problem);
-    };
-    const auto read = static_cast<std::int64_t>(clip.samples.size());
-    if (read < header.samples && header.samples != SoundHeader::kUnknown)
-        warn("ends after " + std::to_string(read) + " of " + std::to_string(header.samples) +
-             " samples");
-    if (header.missing_bytes > 0)
-        warn("is cut off: " + std::to_string(header.missing_bytes) +
-             " bytes are missing at its end");
-    if (header.channels > 1) warn(std::to_string(header.channels) + " channels mixed down to one");
+    clip.warnings = decoded.read(longest, [&](std::span<const float> channels) {
+        float sum = 0;
+        for (const float sample : channels) sum += sample;
+        clip.samples.push_back(sum / static_cast<float>(channels.size()));
+    });
+    if (header.channels > 1)
+        clip.warnings.push_back(file.string() + ": " + std::to_string(header.channels) +
+                                " channels mixed down to one");
     // Resampling would spread them.
-    if (const std::size_t muted = mute_beyond(kLargestSample, clip.samples); muted > 0)
-        warn(std::to_string(muted) +
-             " samples that are not finite, or beyond 1e6, taken as silence");
+    mute(clip.samples, file, clip.warnings);
     clip.samples = resample(clip.samples, 1, header.sample_rate_hz, sample_rate_hz);
     return clip;
+}
+
+SoundChannels read_channels(const fs::path& file) {
+    DecodedFile decoded(file);
+    SoundChannels sound;
+    sound.sample_rate_hz = static_cast<double>(decoded.header().sample_rate_hz);
+    sound.channels.resize(decoded.channels());
+    sound.warnings =
+        decoded.read(kMaxSamples / decoded.channels(), [&](std::span<const float> samples) {
+            for (std::size_t c = 0; c < samples.size(); ++c)
+                sound.channels[c].push_back(samples[c]);
+        });
+    for (std::vector<float>& channel : sound.channels) mute(channel, file, sound.warnings);
+    return sound;
 }
 
 struct CloseSound {

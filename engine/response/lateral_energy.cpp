@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/response/decay_curve.h"
 #include "engine/response/time_zero.h"
 
 namespace aula {
@@ -15,7 +16,6 @@ namespace {
 
 constexpr double kDirect_s = 0.005;
 constexpr double kEarly_s = 0.08;
-constexpr double kStrength_m2 = 400 * std::numbers::pi;  // re the free field at 10 m
 
 /// Mean of |a + b cos(phi)| over phi, for b >= 0.
 double mean_magnitude(double a, double b) {

@@ -149,6 +149,7 @@ class Options {
             const Bands levels_db = read_levels("--speech-level", value,
                                                 "a level in dB(A) at 1 m, or 8 octave levels in dB",
                                                 SpeechConditions::male_speech_db);
+            arguments_.speech_db = levels_db;
             arguments_.scene_changes.push_back(
                 [levels_db](Scene& scene) { scene.speech.speech_db = levels_db; });
         });
@@ -156,6 +157,7 @@ class Options {
             const Bands levels_db =
                 read_levels("--noise-level", value, "a level in dB for each octave, or 8 of them",
                             Bands::filled);
+            arguments_.noise_db = levels_db;
             arguments_.scene_changes.push_back(
                 [levels_db](Scene& scene) { scene.speech.noise_db = levels_db; });
         });
@@ -176,6 +178,7 @@ class Options {
         real("--spacing", 1e6, "metres above 0",
              [this](double m) { arguments_.map_spacing_m = m; });
         app_.add_flag("--interaural", arguments_.map_interaural);
+        app_.add_flag("--third-octaves", arguments_.third_octaves);
         // The limit of "scale" in scene files.
         real("--scale", 1e6, "metres per unit of the model, above 0",
              [this](double scale) { arguments_.model.scale = scale; });
@@ -298,6 +301,7 @@ class Options {
         if (!words_.empty() && words_[0] == "import") word = Command::import;
         if (!words_.empty() && words_[0] == "map") word = Command::map;
         if (!words_.empty() && words_[0] == "report") word = Command::report;
+        if (!words_.empty() && words_[0] == "analyse") return analyse_command();
         if (word == Command::materials) return materials_command();
         const std::size_t wanted = word == Command::play ? 1 : 2;
         if (list_devices_ && word == Command::play) return Command::list_devices;
@@ -354,6 +358,28 @@ class Options {
         return Arguments::Command::materials;
     }
 
+    /// Parses `analyse FILE.wav...`.
+    Arguments::Command analyse_command() {
+        if (words_.size() < 2)
+            throw InputError("analyse: no file given; expected aula analyse FILE.wav");
+        arguments_.responses.assign(words_.begin() + 1, words_.end());
+        for (const CLI::Option* const option : app_.get_options()) {
+            const std::string name = option->get_name();
+            if (option->count() > 0 && name.starts_with("--") && name != "--out" &&
+                name != "--third-octaves" && name != "--speech-level" && name != "--noise-level" &&
+                name != "--quiet")
+                throw InputError(name + ": is not used by aula analyse; expected no such option");
+        }
+        if (arguments_.noise_db && !arguments_.speech_db)
+            throw InputError("--noise-level: is used without --speech-level; expected both");
+        if (!out_) return Arguments::Command::analyse;
+        arguments_.out = *out_;
+        if (out_->extension() != ".csv" && out_->extension() != ".json")
+            throw InputError("--out: \"" + out_->string() +
+                             "\" is not usable; expected FILE.csv or FILE.json");
+        return Arguments::Command::analyse;
+    }
+
     /// Takes the options of the commands `map`, `report` and `import`; refuses them for others.
     void read_documents(Arguments::Command word) {
         using Command = Arguments::Command;
@@ -363,6 +389,7 @@ class Options {
                                  "; expected aula " + command);
         };
         if (word != Command::import) refuse(Command::map, "map", "--out");
+        refuse(Command::analyse, "analyse", "--third-octaves");
         for (const char* const name : {"--height", "--spacing", "--interaural"})
             refuse(Command::map, "map", name);
         for (const char* const name : {"--scale", "--up"}) refuse(Command::import, "import", name);

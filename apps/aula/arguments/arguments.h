@@ -37,6 +37,7 @@ struct Arguments {
         measure,
         map,
         report,
+        analyse,
         dataset
     };
 
@@ -52,14 +53,20 @@ struct Arguments {
     bool report = false;
     std::optional<int> frames;
     double bin_s = 1e-3;
-    /// Folder of Command::map; file of Command::import, empty: standard output.
+    /// Folder of Command::map; file of Command::import, empty: standard output; file of
+    /// Command::analyse, empty: none.
     std::filesystem::path out;
     ModelOptions model;  ///< of Command::import
     double map_height_m = kMapHeight_m;
     double map_spacing_m = kMapSpacing_m;
-    bool map_interaural = false;           ///< true: maps of IACC, too
-    std::filesystem::path html;            ///< output of Command::report
-    std::vector<NamedReceiver> receivers;  ///< of Command::report; empty: the listener
+    bool map_interaural = false;                   ///< true: maps of IACC, too
+    std::filesystem::path html;                    ///< output of Command::report
+    std::vector<NamedReceiver> receivers;          ///< of Command::report; empty: the listener
+    std::vector<std::filesystem::path> responses;  ///< files of Command::analyse
+    bool third_octaves = false;                    ///< of Command::analyse
+    /// Of --speech-level and --noise-level; a scene takes them by `scene_changes`.
+    std::optional<Bands> speech_db{};
+    std::optional<Bands> noise_db{};
     SessionOptions session;
     bool rays_given = false;
     bool quiet = false;

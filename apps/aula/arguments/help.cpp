@@ -19,6 +19,7 @@ usage: aula SCENE [options]                play live on the audio device
        aula SCENE --ir OUT.wav --report    measure at the listener's initial pose
        aula map SCENE --out DIR            map the ISO 3382 parameters of a room
        aula report SCENE --html OUT.html   write the ISO 3382 parameters, with plots, as a document
+       aula analyse FILE.wav...            ISO 3382 parameters and STI of impulse responses
        aula info SCENE                     print size, surface area, reverberation time
        aula check SCENE                    read all files, print all errors
        aula import MODEL [--out SCENE.json]
@@ -63,6 +64,10 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
 report (with --frames, --speech-level, --noise-level, positions and simulation)
   --html OUT.html        one file with plan, parameters, plots, conditions and materials
   --receiver NAME=X,Y,Z  a receiver in place of the listener; may be repeated
+
+analyse (with --speech-level and --noise-level: at the microphone; without them STI has no levels)
+  --third-octaves        also third octaves from 50 Hz to 16 kHz
+  --out OUT.csv|.json    the values as a table, which can be read again, or as JSON
 
 check
   --strict               exit 3 for every warning [only for those that make results meaningless:

@@ -66,14 +66,12 @@ std::optional<double> single_number(const Description& description,
     return of_energies ? 10 * std::log10(mean) : mean;
 }
 
-/// All values of a response: [parameter * kBandCount + band], then the single numbers, then STI.
-MeasuredValues values_of(const EnergyResponse& response, const ParameterContext& context) {
-    const RoomParameters bands = room_parameters(response);
-    const auto lateral = lateral_parameters(response, context.lateral_axis);
+/// All values: [parameter * kBandCount + band], then the single numbers, then STI.
+MeasuredValues values_of(const RoomParameters& bands,
+                         const std::array<LateralParameters, kBandCount>& lateral,
+                         const std::optional<double>& sti) {
     MeasuredValues values;
     values.reserve(kSti + 1);
-    bool is_complete = true;
-    for (std::size_t b = 0; b < kBandCount; ++b) is_complete &= b == 0 || bands[b].g_db;
     for (const Description& description : kDescriptions) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
             // Lateral energies need the whole response, as the strength does.
@@ -85,10 +83,18 @@ MeasuredValues values_of(const EnergyResponse& response, const ParameterContext&
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p)
         values.push_back(
             single_number(kDescriptions[p], std::span(values).subspan(p * kBandCount, kBandCount)));
-    values.push_back(is_complete ? speech_transmission_index(response, context.speech.speech_db,
+    values.push_back(sti);
+    return values;
+}
+
+MeasuredValues values_of(const EnergyResponse& response, const ParameterContext& context) {
+    const RoomParameters bands = room_parameters(response);
+    bool is_complete = true;
+    for (std::size_t b = 0; b < kBandCount; ++b) is_complete &= b == 0 || bands[b].g_db;
+    return values_of(bands, lateral_parameters(response, context.lateral_axis),
+                     is_complete ? speech_transmission_index(response, context.speech.speech_db,
                                                              context.speech.noise_db)
                                  : std::nullopt);
-    return values;
 }
 
 /// The values and errors in the order of values_of().
@@ -121,6 +127,11 @@ Vec3 lateral_axis(const Pose& receiver, const Vec3& source) {
     const float horizontal_m = glm::length(left);
     if (horizontal_m > kAbove * glm::length(to_source)) return left / horizontal_m;
     return receiver.rotation()[1];
+}
+
+PairParameters acoustic_parameters(const RoomParameters& bands, const std::optional<double>& sti) {
+    const MeasuredValues values = values_of(bands, {}, sti);
+    return sorted(values, MeasuredValues(values.size()));
 }
 
 PairParameters acoustic_parameters(const EnergyResponse& response,

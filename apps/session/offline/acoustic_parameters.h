@@ -19,6 +19,10 @@ struct ParameterContext {
 /// left if the source is above or below it.
 Vec3 lateral_axis(const Pose& receiver, const Vec3& source);
 
+/// The parameters of octaves and a speech transmission index, without lateral ones, with the single
+/// numbers, without standard errors.
+PairParameters acoustic_parameters(const RoomParameters& bands, const std::optional<double>& sti);
+
 /// The parameters of a response, without standard errors.
 PairParameters acoustic_parameters(const EnergyResponse& response, const ParameterContext& context);
 

@@ -33,17 +33,8 @@ std::string general(double value, int digits) {
     return number(value, std::chars_format::general, digits);
 }
 
-std::string padded(std::string text, std::size_t width) {
-    if (text.size() < width) text.insert(0, width - text.size(), ' ');
-    return text;
-}
-
 /// Either the value or the standard error of a measured value.
 using Part = std::optional<double> MeasuredValue::*;
-
-std::string json_number(const std::optional<double>& value) {
-    return value ? general(*value, 6) : "null";
-}
 
 /// {"T20":..,..} of the value that `of` gives for each parameter.
 template <typename Of>
@@ -52,7 +43,7 @@ std::string json_parameters(const Of& of) {
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
         if (p) json += ',';
         json +=
-            '"' + std::string(acoustic_parameter_name(parameter(p))) + "\":" + json_number(of(p));
+            '"' + std::string(acoustic_parameter_name(parameter(p))) + "\":" + json_value(of(p));
     }
     return json + '}';
 }
@@ -69,7 +60,7 @@ std::string json_members(const PairParameters& parameters, Part part, const std:
     json += "}," + line + "\"broadband\":" + json_parameters([&](std::size_t p) {
                 return parameters.broadband[p].*part;
             });
-    return json + ",\"STI\":" + json_number(parameters.sti.*part);
+    return json + ",\"STI\":" + json_value(parameters.sti.*part);
 }
 
 /// True if errors of the energy response are known. Those of IACC always are.
@@ -87,6 +78,25 @@ std::string band_name(std::size_t band) {
 
 int parameter_decimals(AcousticParameter parameter) {
     return kDecimals[static_cast<std::size_t>(parameter)];
+}
+
+std::string parameter_label(AcousticParameter parameter) {
+    const std::string unit(acoustic_parameter_unit(parameter));
+    return std::string(acoustic_parameter_name(parameter)) + (unit.empty() ? "" : " " + unit);
+}
+
+std::string table_cell(const std::string& text) { return formatted("%8s", text.c_str()); }
+
+std::string table_cell(const std::optional<double>& value, int decimals) {
+    return table_cell(value ? fixed_text(*value, decimals) : "-");
+}
+
+std::string json_value(const std::optional<double>& value) {
+    return value ? general(*value, 6) : "null";
+}
+
+std::string parameters_json(const PairParameters& parameters) {
+    return json_members(parameters, &MeasuredValue::value, "\n ");
 }
 
 std::string echogram_csv(const Scene& scene, const Measurement& measurement, double bin_s) {
@@ -122,7 +132,7 @@ std::string report_json(const Measurement& measurement) {
         const PairParameters& parameters = measurement.parameters[measurement.pair(s, 0)];
         json += s ? ",\n" : "\n";
         json += "{\"name\":" + json_string(measurement.sources[s].name) + ',' +
-                json_members(parameters, &MeasuredValue::value, "\n ");
+                parameters_json(parameters);
         if (has_errors(parameters))
             json += ",\n \"standard_errors\":{" +
                     json_members(parameters, &MeasuredValue::standard_error, "\n  ") + '}';
@@ -131,31 +141,27 @@ std::string report_json(const Measurement& measurement) {
     return json + "]}\n";
 }
 
+std::string octave_table(const PairParameters& parameters, std::size_t count) {
+    std::string table = table_cell("Hz");
+    for (std::size_t band = 0; band < kBandCount; ++band) table += table_cell(band_name(band));
+    table += table_cell("mean") + '\n';
+    for (std::size_t p = 0; p < count; ++p) {
+        table += table_cell(parameter_label(parameter(p)));
+        for (const MeasuredValue& value : parameters.octaves[p])
+            table += table_cell(value.value, kDecimals[p]);
+        table += table_cell(parameters.broadband[p].value, kDecimals[p]) + '\n';
+    }
+    return table;
+}
+
 std::string report_table(const Measurement& measurement) {
-    constexpr std::size_t kLabelWidth = 8;
-    constexpr std::size_t kWidth = 8;
-    const auto cell = [](const MeasuredValue& value, int decimals) {
-        return padded(value.value ? fixed_text(*value.value, decimals) : "-", kWidth);
-    };
     std::string table;
     for (std::size_t s = 0; s < measurement.sources.size(); ++s) {
         const PairParameters& parameters = measurement.parameters[measurement.pair(s, 0)];
         if (s) table += '\n';
         table += "source " + printable_line(measurement.sources[s].name) + '\n' +
-                 padded("Hz", kLabelWidth);
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            table += padded(band_name(band), kWidth);
-        table += padded("mean", kWidth) + '\n';
-        for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
-            std::string label(acoustic_parameter_name(parameter(p)));
-            const std::string_view unit = acoustic_parameter_unit(parameter(p));
-            if (!unit.empty()) label += ' ' + std::string(unit);
-            table += padded(label, kLabelWidth);
-            for (const MeasuredValue& value : parameters.octaves[p])
-                table += cell(value, kDecimals[p]);
-            table += cell(parameters.broadband[p], kDecimals[p]) + '\n';
-        }
-        table += padded("STI", kLabelWidth) + cell(parameters.sti, 2) + '\n';
+                 octave_table(parameters, kAcousticParameterCount) + table_cell("STI") +
+                 table_cell(parameters.sti.value, 2) + '\n';
     }
     return table;
 }

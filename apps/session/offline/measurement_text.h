@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,24 @@ std::string band_name(std::size_t band);
 
 /// Decimals of a parameter in tables.
 int parameter_decimals(AcousticParameter parameter);
+
+/// Name and unit of a parameter, such as "T30 s".
+std::string parameter_label(AcousticParameter parameter);
+
+/// A text or a number, or "-", right-aligned in 8 columns.
+std::string table_cell(const std::string& text);
+std::string table_cell(const std::optional<double>& value, int decimals);
+
+/// The first `count` parameters in octaves and their single numbers, for display; one line each,
+/// below a line of names.
+std::string octave_table(const PairParameters& parameters, std::size_t count);
+
+/// A number as JSON with 6 digits, independent of the locale; null if it is absent.
+std::string json_value(const std::optional<double>& value);
+
+/// "bands":{"63":{"T20":..,..},..},"broadband":{..},"STI":.. without errors; null for absent
+/// values.
+std::string parameters_json(const PairParameters& parameters);
 
 /// The energy responses as CSV with the header "source,time_s,63,...,8000": source by source, a row
 /// for each `bin_s` from 0 to the responses' length, energy in 1/m2.

@@ -8,9 +8,6 @@ namespace {
 
 using namespace aula;
 
-constexpr std::array<double, 14> kModulations_hz{0.63, 0.8, 1, 1.25, 1.6, 2,  2.5,
-                                                 3.15, 4,   5, 6.3,  8,   10, 12.5};
-
 /// A decay of reverberation time T with the total p^2 = 1, as at 1 m from the source.
 EnergyResponse decay(double time_s) {
     EnergyResponse response = EnergyResponse::silent(TimeBins(3.0));
@@ -139,4 +136,49 @@ TEST_CASE("STI needs energy in every octave from 125 Hz on") {
     CHECK(speech_transmission_index(response, Bands::filled(60), {}));
     for (Bands& energy : response.energy) energy[7] = 0;
     CHECK_FALSE(speech_transmission_index(response, Bands::filled(60), {}));
+}
+
+TEST_CASE("a measured decay has the modulation transfer of the closed form, with its tail") {
+    const double time_s = 1;
+    const double rate = 6 * std::log(10.0) / time_s;
+    SampledDecay decay{.energy = {}, .bin_s = 1e-3, .tail = {}};
+    for (int i = 0; i < 300; ++i) decay.energy.push_back(std::exp(-rate * i * decay.bin_s));
+    decay.tail = {.energy = std::exp(-rate * 0.3) / (1 - std::exp(-rate * decay.bin_s)),
+                  .time_s = 1 / rate};
+    for (const double f : kModulations_hz)
+        // Bins of 1 ms: (rate h)^2 / 12 = 2e-5.
+        CHECK(modulation_transfer(decay, f) == Approx(closed_form(f, time_s)).margin(1e-4));
+    // Companion: without the tail, 1.6 % of the energy, it differs.
+    decay.tail->energy = 0;
+    CHECK(modulation_transfer(decay, 0.63) != Approx(closed_form(0.63, time_s)).margin(1e-3));
+}
+
+TEST_CASE("an index without levels is that of loud speech except for masking") {
+    ModulationTransfers transfers{};
+    for (auto& octave : transfers) octave.fill(0.5);  // index 0.5 in every octave
+    CHECK(speech_transmission_index(transfers, {}) == Approx(0.5));
+    const ReceivedLevels quiet{.speech_db = SpeechConditions::male_speech_db(20), .noise_db = {}};
+    CHECK(speech_transmission_index(transfers, quiet) < 0.45);
+    const ReceivedLevels noisy{.speech_db = SpeechConditions::male_speech_db(60),
+                               .noise_db = Bands::filled(70)};
+    CHECK(speech_transmission_index(transfers, noisy) < 0.25);
+}
+
+TEST_CASE("an index has the class and the rating of its range") {
+    const auto of = [](double index) {
+        return std::string(speech_class(index)) + " " + std::string(speech_rating(index));
+    };
+    CHECK(of(0) == "U bad");
+    CHECK(of(0.299) == "U bad");
+    CHECK(of(0.3) == "U poor");
+    CHECK(of(0.359) == "U poor");
+    CHECK(of(0.36) == "J poor");
+    CHECK(of(0.44) == "H poor");
+    CHECK(of(0.45) == "H fair");
+    CHECK(of(0.5) == "G fair");
+    CHECK(of(0.62) == "D good");
+    CHECK(of(0.72) == "A good");
+    CHECK(of(0.759) == "A excellent");
+    CHECK(of(0.76) == "A+ excellent");
+    CHECK(of(1) == "A+ excellent");
 }

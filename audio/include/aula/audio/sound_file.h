@@ -26,6 +26,16 @@ struct SoundClip {
 /// cannot be started.
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
 
+/// The channels of a sound file at its sample rate.
+struct SoundChannels {
+    double sample_rate_hz = 0;                 ///< 1000 to 768000
+    std::vector<std::vector<float>> channels;  ///< [channel][sample] full scale is 1; 1 to 64
+    std::vector<std::string> warnings;         ///< as SoundClip::warnings
+};
+
+/// Reads the channels of a sound file, of at most 2^28 samples in all. Otherwise as read_sound().
+SoundChannels read_channels(const std::filesystem::path& file);
+
 /// What the header of a sound file says.
 struct SoundInfo {
     std::int64_t samples = 0;   ///< length in samples of each channel
