@@ -128,7 +128,7 @@ void decode_sound(Bytes file, const std::function<bool(const void*, std::size_t)
     if (!write(&header, sizeof(header)) || header.verdict != SoundHeader::Verdict::usable) return;
 
     std::vector<float> interleaved(SoundBlock::kMaxSamples);
-    const sf_count_t frames = SoundBlock::kMaxSamples / info.channels;
+    const sf_count_t frames = sf_count_t{SoundBlock::kMaxSamples} / info.channels;
     while (true) {
         const sf_count_t got = sf_readf_float(sound.get(), interleaved.data(), frames);
         SoundBlock block;

@@ -121,16 +121,22 @@ std::string_view speech_rating(double index) {
     return index < 0.75 ? "good" : "excellent";
 }
 
+Bands received_db(const EnergyResponse& response, const Bands& source_db) {
+    Bands levels_db = source_db;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        levels_db[b] += static_cast<float>(10 * std::log10(squared_pressure(response.total(b))));
+    return levels_db;
+}
+
 std::optional<double> speech_transmission_index(const EnergyResponse& response,
                                                 const Bands& speech_db,
                                                 const std::optional<Bands>& noise_db) {
     ModulationTransfers transfers{};
-    ReceivedLevels levels{.speech_db = speech_db, .noise_db = noise_db};
+    const ReceivedLevels levels{.speech_db = received_db(response, speech_db),
+                                .noise_db = noise_db};
     for (std::size_t k = 0; k < kOctaves; ++k) {
         const std::size_t band = kFirstBand + k;
-        const double energy = response.total(band);
-        if (!(energy > 0)) return std::nullopt;
-        levels.speech_db[band] += static_cast<float>(10 * std::log10(squared_pressure(energy)));
+        if (!(response.total(band) > 0)) return std::nullopt;
         for (std::size_t m = 0; m < kModulations_hz.size(); ++m)
             transfers[k][m] = modulation_transfer(response, band, kModulations_hz[m]);
     }

@@ -23,6 +23,10 @@ struct ReceivedLevels {
     std::optional<Bands> noise_db;  ///< absent: no noise
 };
 
+/// The levels in dB at the receiver of a source that has `source_db` at 1 m in free field, or that
+/// an omnidirectional source of the same power has; -infinite without energy.
+Bands received_db(const EnergyResponse& response, const Bands& source_db);
+
 /// The octaves of the speech transmission index, from that of 125 Hz on.
 inline constexpr std::size_t kSpeechOctaves = 7;
 
