@@ -34,4 +34,5 @@ PYBIND11_MODULE(_aula, module) {
     module.attr("version") = AULA_VERSION;
     aula::bind_scenes(module);
     aula::bind_results(module);
+    aula::bind_analysis(module);
 }

@@ -34,4 +34,7 @@ void bind_scenes(pybind11::module_& module);
 /// Adds measuring and rendering.
 void bind_results(pybind11::module_& module);
 
+/// Adds the analysis of measured responses.
+void bind_analysis(pybind11::module_& module);
+
 }  // namespace aula

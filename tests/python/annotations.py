@@ -22,6 +22,8 @@ responses: NDArray[np.float32] = aula.rir(room, sources=(1, 1, 1.5), microphones
 values = aula.parameters(room, standard_errors=True, noise_level_db=40)
 t30: NDArray[np.float64] = values["T30"][0, 0]
 echogram: NDArray[np.float32] = aula.energy(room, bin_ms=2)
+analysed: dict[str, NDArray[np.float64]] = aula.analyse(responses[0, 0], 16000, bands="third")
+of_file = aula.analyse(pathlib.Path("hall.wav"), speech_level_db=60)
 measured: aula.Measurement = aula.measure(room, microphones=[room.listener], seed=1)
 sound: NDArray[np.float32] = aula.render(room, signals={"voice": [1.0]}, fs=48000)
 

@@ -337,6 +337,71 @@ class Scenes(unittest.TestCase):
                                       aula.rir(box(), **places, **FEW))
 
 
+class Analysis(unittest.TestCase):
+    """Measured responses: noise that decays by 60 dB in T, 80 dB above its floor."""
+
+    FS = 24000
+
+    def response(self, time_s, seed=0):
+        random = np.random.default_rng(seed)
+        t = np.arange(int(2 * time_s * self.FS)) / self.FS
+        return 0.1 * (random.standard_normal(t.size) * 10 ** (-3 * t / time_s) +
+                      1e-4 * random.standard_normal(t.size))
+
+    def test_shapes_and_values(self):
+        responses = np.stack([self.response(0.5, seed) for seed in range(6)]).reshape(2, 3, -1)
+        values = aula.analyse(responses, self.FS)
+        self.assertEqual(values["T30"].shape, (2, 3, 8))
+        self.assertEqual(values["STI"].shape, (2, 3))
+        # Four standard errors of six responses: 0.6 / sqrt(B T) each.
+        self.assertAlmostEqual(values["T30"][..., 4].mean(), 0.5,
+                               delta=0.5 * 4 * 0.6 / math.sqrt(707 * 0.5 * 6))
+        np.testing.assert_allclose(values["T30_mean"], values["T30"][..., 3:5].mean(-1))
+        self.assertAlmostEqual(values["range_db"][..., 6].mean(), 80, delta=1)
+        thirds = aula.analyse(responses[0, 0], self.FS, bands="third")
+        self.assertEqual(thirds["T30"].shape, (26,))
+        self.assertAlmostEqual(thirds["T30"][20], 0.5, delta=0.1)  # 5 kHz
+
+    def test_silence_and_ranges(self):
+        loud = np.concatenate([self.response(0.5)[:4000], 0.03 * np.sign(self.response(0.5))])
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            values = aula.analyse([loud, np.zeros_like(loud)], self.FS)
+        self.assertTrue(np.isnan(values["T30"]).all())
+        self.assertTrue(np.isnan(values["C80"][1]).all())
+        self.assertTrue(any("response 0: octaves" in str(line.message) for line in caught))
+
+    def test_file_and_levels(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene, ir = (str(pathlib.Path(folder, name)) for name in ("room.json", "ir.wav"))
+            pathlib.Path(scene).write_text(json.dumps({
+                "aula": 1, "geometry": [{"box": [6, 5, 3], "material": "wall"}],
+                "materials": {"wall": {"absorption": 0.25, "scattering": 1}},
+                "sources": [{"position": [1, 1, 1.5], "signal": "impulse"}],
+                "listener": {"position": [4, 3, 1.2]}}))
+            subprocess.run([PROGRAM, scene, "--ir", ir, "--output", "foa", "--frames", "1"],
+                           check=True)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                values = aula.analyse(ir)
+                noisy = aula.analyse(ir, speech_level_db=60, noise_level_db=50)
+                samples = aula.analyse(read_wav(ir), 48000)
+        self.assertEqual(values["C80"].shape, (4, 8))
+        np.testing.assert_array_equal(values["C80"], samples["C80"])
+        self.assertLess(noisy["STI"][0], values["STI"][0] - 0.1)
+
+    def test_errors(self):
+        for wrong, text in (({"responses": [0.5] * 24, "fs": 48000}, "lasts"),
+                            ({"responses": [1.0]}, "fs"),
+                            ({"responses": 3.0, "fs": 48000}, "shape"),
+                            ({"responses": "none.wav"}, "none.wav"),
+                            ({"responses": "a.wav", "fs": 48000}, "fs"),
+                            ({"responses": [1.0], "fs": 48000, "bands": "half"}, "bands"),
+                            ({"responses": [1.0], "fs": 48000, "noise_level_db": 3}, "noise")):
+            with self.assertRaisesRegex(aula.Error, text):
+                aula.analyse(**wrong)
+
+
 class Files(unittest.TestCase):
     """Files that other processes read, by libraries of their own."""
 

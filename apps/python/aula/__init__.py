@@ -5,6 +5,7 @@ looks along +x, with +y on the left. The 8 octave bands have the centres `BANDS_
 Wrong arguments raise `Error`, whose line names the argument.
 """
 
+from ._analysis import analyse
 from ._aula import Error, Failure, Material
 from ._aula import version as __version__
 from ._materials import absorption, library, material
@@ -16,8 +17,8 @@ from ._results import Output as Output
 from ._scene import Scene, load_scene
 
 __all__ = ["BANDS_HZ", "Error", "Failure", "Material", "Measurement", "Microphone", "Scene",
-           "Source", "Trajectory", "absorption", "energy", "library", "load_scene", "material",
-           "measure", "parameters", "render", "rir"]
+           "Source", "Trajectory", "absorption", "analyse", "energy", "library", "load_scene",
+           "material", "measure", "parameters", "render", "rir"]
 
 BANDS_HZ: tuple[int, ...] = (63, 125, 250, 500, 1000, 2000, 4000, 8000)
 """Nominal centre frequencies of the octave bands, Hz."""

@@ -81,6 +81,19 @@ def to_bands(name: str, value: ArrayLike, low: float, high: float) -> NDArray[np
     return bands
 
 
+def to_speech(speech_level_db: ArrayLike | None, noise_level_db: ArrayLike | None) \
+        -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
+    """Levels of speech, one in dB(A) or 8 octaves, and of noise in 8 octaves."""
+    speech = noise = None
+    if speech_level_db is not None:
+        speech = to_bands("speech_level_db", speech_level_db, -200, 200)
+        if dimensions(speech_level_db) == 0:
+            speech = speech[:1]
+    if noise_level_db is not None:
+        noise = to_bands("noise_level_db", noise_level_db, -200, 200)
+    return speech, noise
+
+
 def to_text(name: str, value: Any) -> str:
     """A text that UTF-8 can encode, without NUL."""
     if not isinstance(value, str) or "\0" in value or not value.isprintable():

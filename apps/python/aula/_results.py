@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _aula
-from ._arguments import dimensions, to_array, to_bands, to_file, to_integer, to_number, to_output
+from ._arguments import to_array, to_file, to_integer, to_number, to_output, to_speech
 from ._aula import Error
 from ._places import Positions, to_microphones, to_sources
 from ._scene import Scene
@@ -23,17 +23,12 @@ Output: TypeAlias = Literal["mono", "foa", "toa", "binaural"]
 def _overrides(seed: int | None, rays: int | None, length_s: float | None, threads: int,
                speech_level_db: ArrayLike | None = None,
                noise_level_db: ArrayLike | None = None) -> _aula.Overrides:
-    speech = None
-    if speech_level_db is not None:
-        speech = to_bands("speech_level_db", speech_level_db, -200, 200)
-        if dimensions(speech_level_db) == 0:
-            speech = speech[:1]
+    speech, noise = to_speech(speech_level_db, noise_level_db)
     return _aula.Overrides(
         None if seed is None else to_integer("seed", seed, 0, 2**64 - 1),
         None if rays is None else to_integer("rays", rays, 1, 200_000),
         None if length_s is None else to_number("length_s", length_s, 1e-3, 10),
-        to_integer("threads", threads, 1, 1024), speech,
-        None if noise_level_db is None else to_bands("noise_level_db", noise_level_db, -200, 200))
+        to_integer("threads", threads, 1, 1024), speech, noise)
 
 
 class Measurement:
