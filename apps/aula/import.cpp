@@ -7,28 +7,15 @@
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/output_file.h"
 #include "apps/session/base/printable.h"
+#include "apps/session/edit/scene_writer.h"
 #include "aula/exception.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/model/model_scene.h"
 
 namespace aula {
 
-namespace {
-
-namespace fs = std::filesystem;
-
-/// A scene file with comments on what was guessed.
-std::string scene_text(const fs::path& file, const ModelScene& model) {
-    std::string text = "// The scene of " + printable_line(file.filename().string()) +
-                       ", for editing (docs/scene_format.md).\n";
-    if (!model.guesses.empty()) text += "// The model does not say, and Aula has guessed:\n";
-    for (const std::string& guess : model.guesses) text += "// * " + printable_line(guess) + "\n";
-    return text + json_text(model.json) + "\n";
-}
-
-}  // namespace
-
 int import_model(const Arguments& arguments) {
+    namespace fs = std::filesystem;
     const fs::path& file = arguments.scene;
     if (!is_mesh_file(file))
         throw InputError(file.string(), "",
@@ -40,7 +27,7 @@ int import_model(const Arguments& arguments) {
     if (!out.empty() && fs::exists(fs::symlink_status(out, error)))
         throw InputError("--out", "", out.string() + " exists; expected a new name");
     const ModelScene model = scene_of_model(file, out.parent_path(), arguments.model);
-    const std::string text = scene_text(file, model);
+    const std::string text = model_comment(file, model.guesses) + json_text(model.json) + "\n";
     // What glTF says of materials may be wrong.
     warn(parse_scene(text, file.string(), out.parent_path()).warnings, arguments.quiet);
     if (out.empty()) {

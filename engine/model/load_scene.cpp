@@ -18,8 +18,9 @@ LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
                            signals);
     ModelScene model = scene_of_model(file, folder);
     LoadedScene loaded = read_scene(std::move(model.json), name, folder, signals);
-    for (std::string& guess : model.guesses)
-        loaded.warnings.push_back(name + ": guessed " + std::move(guess));
+    for (const std::string& guess : model.guesses)
+        loaded.warnings.push_back(name + ": guessed " + guess);
+    loaded.guesses = std::move(model.guesses);
     return loaded;
 }
 

@@ -7,8 +7,11 @@
 #include <iterator>
 #include <string>
 
+#include "apps/session/base/json_text.h"
+#include "apps/session/edit/scene_writer.h"
 #include "aula/audio/sound_file.h"
 #include "aula/engine/scene_file.h"
+#include "engine/model/model_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 
@@ -29,6 +32,11 @@ class WorkingFolder {
     std::filesystem::path before_ = std::filesystem::current_path();
     TemporaryFolder folder_;
 };
+
+std::string text_of(const char* file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
 
 EditedScene scene_of(const char* listener) {
     std::ofstream("walk.json") << R"({"aula": 1,
@@ -85,6 +93,29 @@ TEST_CASE("A saved scene keeps trajectories of the listener and of sources that 
     CHECK(saved.sources[1].path);
 }
 
+TEST_CASE("The saved scene of a model is that of aula import, with the changes") {
+    const WorkingFolder folder;
+    std::ofstream("box.obj") << "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 0 0 3\nv 6 0 3\nv 6 5 3\n"
+                                "v 0 5 3\nusemtl Wand_Putz\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
+                                "f 4 1 5 8\nusemtl Boden_Parkett\nf 4 3 2 1\nusemtl Decke\n"
+                                "f 5 6 7 8\n";
+    WindowOptions options;
+    options.load = [](const std::filesystem::path& file) { return load_scene(file); };
+    const EditedScene edited(open_scene(options, "box.obj"));
+    CHECK(save_played_scene(edited, {}, edited.scene().simulation) ==
+          "scene written to box-edited.json");
+    const ModelScene model = scene_of_model("box.obj", "");
+    REQUIRE(model.guesses.size() >= 4);
+    CHECK(text_of("box-edited.json") ==
+          model_comment("box.obj", model.guesses) + json_text(model.json) + "\n");
+
+    PlayControls controls;
+    controls.sources.resize(1);
+    controls.sources[0].position = Vec3(3, 2, 1);
+    save_played_scene(edited, controls, edited.scene().simulation);
+    CHECK(load_scene("box-edited-2.json").scene.sources[0].position == Vec3(3, 2, 1));
+}
+
 TEST_CASE("The response of a view is written as a sound file with the report of its source") {
     const WorkingFolder folder;
     Scene scene = small_room();
@@ -92,6 +123,7 @@ TEST_CASE("The response of a view is written as a sound file with the report of 
     scene.sources[1].name = "second";
     FrameView view;
     view.source = 1;
+    view.sources = {scene.sources[0].position, scene.sources[1].position};
     view.listener = scene.listener.pose;
     view.simulation = scene.simulation;
     view.length_s = 0.4;
@@ -107,7 +139,5 @@ TEST_CASE("The response of a view is written as a sound file with the report of 
           "room-ir.wav and room-report.json written");
     const SoundClip clip = read_sound("room-ir.wav", session.sample_rate_hz);
     CHECK(static_cast<double>(clip.samples.size()) > 0.3 * session.sample_rate_hz);
-    std::ifstream in("room-report.json");
-    const std::string report{std::istreambuf_iterator<char>(in), {}};
-    CHECK(report.find("second") != std::string::npos);
+    CHECK(text_of("room-report.json").find("second") != std::string::npos);
 }

@@ -13,8 +13,10 @@
 
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/output_file.h"
+#include "apps/session/base/printable.h"
 #include "apps/session/frames/play_controls.h"
 #include "aula/engine/material_library.h"
+#include "engine/mesh/mesh_import.h"
 
 namespace aula {
 
@@ -241,10 +243,20 @@ std::string edited_scene_text(const LoadedScene& read, const Scene& edited,
     return json_text(root) + '\n';
 }
 
+std::string model_comment(const std::filesystem::path& model,
+                          const std::vector<std::string>& guesses) {
+    std::string text = "// The scene of " + printable_line(model.filename().string()) +
+                       ", for editing (docs/scene_format.md).\n";
+    if (!guesses.empty()) text += "// The model does not say, and Aula has guessed:\n";
+    for (const std::string& guess : guesses) text += "// * " + printable_line(guess) + "\n";
+    return text;
+}
+
 void write_edited_scene(const LoadedScene& read, const Scene& edited,
                         const std::filesystem::path& scene_file,
                         const std::filesystem::path& file) {
     OutputFile out(file);
+    if (is_mesh_file(scene_file)) out.write(model_comment(scene_file, read.guesses));
     out.write(edited_scene_text(read, edited, std::filesystem::absolute(scene_file).parent_path(),
                                 std::filesystem::absolute(file).parent_path()));
     out.commit();

@@ -4,9 +4,10 @@
 
 #include "apps/session/base/output_file.h"
 #include "apps/session/edit/scene_writer.h"
-#include "apps/session/offline/acoustic_parameters.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/window/model/new_file.h"
+#include "apps/window/view/curves.h"
+#include "engine/mesh/mesh_import.h"
 
 namespace aula {
 
@@ -28,15 +29,19 @@ std::string save_played_scene(const EditedScene& edited, const PlayControls& con
                               const Simulation& simulation) {
     const LoadedScene& read = edited.read();
     Scene saved = played_scene(edited.scene(), controls, simulation);
-    std::string left_out = "comments";
+    std::vector<std::string> left_out;
+    if (!is_mesh_file(edited.file())) left_out.emplace_back("comments");
     for (std::size_t s = 0; s < saved.sources.size(); ++s) {
         saved.sources[s].loop = read.scene.sources[s].loop;
         if (edited.scene().sources[s].path && !saved.sources[s].path)
-            left_out += " and the path of " + saved.sources[s].name + ", which was moved";
+            left_out.push_back("the path of " + saved.sources[s].name + ", which was moved");
     }
     const NewFile file(edited.file().stem().string() + "-edited", ".json");
     write_edited_scene(read, saved, edited.file(), file.path());
-    return "scene written to " + file.path().string() + ", without " + left_out;
+    std::string message = "scene written to " + file.path().string();
+    for (std::size_t i = 0; i < left_out.size(); ++i)
+        message += (i == 0 ? ", without " : " and ") + left_out[i];
+    return message;
 }
 
 std::string save_response(const Scene& scene, const FrameView& view, const SessionOptions& session,
@@ -47,12 +52,7 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
     measurement.simulation = view.simulation;
     measurement.responses = {view.response};
     measurement.audible = {is_audible(view.response)};
-    // The source may have moved: the direct sound tells where it is heard.
-    Vec3 source = measurement.sources[0].position_at(0);
-    const std::vector<SpecularPath>& paths = view.response.paths;
-    if (!paths.empty() && paths[0].order == 0) source = view.listener.position + paths[0].direction;
-    measurement.parameters = {
-        acoustic_parameters(view.response, {lateral_axis(view.listener, source), {}})};
+    measurement.parameters = {view_parameters(view, scene.speech)};
     measurement.length_s = view.length_s;
     measurement.frames = 1;
 

@@ -17,7 +17,8 @@ Scene played_scene(Scene scene, const PlayControls& controls, const Simulation& 
 // the files. They throw InputError or Failure.
 
 /// Saves the scene as it plays to STEM-edited.json: with the given simulation settings, and the
-/// gains and positions of the controls. A listener with a trajectory keeps it.
+/// gains and positions of the controls. A listener with a trajectory keeps it. The scene of a model
+/// begins with a comment, as `aula import` writes it.
 std::string save_played_scene(const EditedScene& edited, const PlayControls& controls,
                               const Simulation& simulation);
 
