@@ -250,10 +250,7 @@ int play_in_window(const Arguments& arguments, const std::vector<std::filesystem
     options.osc = arguments.osc;
     options.screenshot = arguments.screenshot;
     options.screenshot_after_s = arguments.screenshot_after_s;
-    if (arguments.screenshot && arguments.session.device.empty() && list_output_devices().empty()) {
-        options.session.device = AudioDevice::kNone;
-        warn({"there is no audio device; playing in silence"}, arguments.quiet);
-    }
+    options.warn = [&](const std::string& warning) { warn({warning}, arguments.quiet); };
     options.keeps_state = !arguments.screenshot && std::getenv("AULA_NO_STATE") == nullptr;
     options.interrupted = [] { return interrupt_signal() != 0; };
     const PlayStatus status = show_window(options);

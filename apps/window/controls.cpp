@@ -6,11 +6,12 @@
 #include "apps/documents/parameter_map.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/offline/measurement_text.h"
-#include "apps/window/colours.h"
+#include "apps/window/gl/colours.h"
 #include "apps/window/panels.h"
+#include "apps/window/rows.h"
 #include "apps/window/view/material_search.h"
 
-// The controls of sources, surface, view and simulation.
+// The controls of sources, surface, view and map.
 
 namespace aula {
 
@@ -18,6 +19,20 @@ namespace {
 
 bool section(const char* name, bool open = true) {
     return ImGui::CollapsingHeader(name, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+}
+
+bool choose_signal(Model& model, std::size_t s, const char* label) {
+    const std::string& chosen = model.other_signal(s);
+    if (!ImGui::BeginCombo(label, chosen.empty() ? "scene's signal" : chosen.c_str())) return false;
+    if (ImGui::Selectable("scene's signal", chosen.empty())) model.play_own_signal(s);
+    for (const TestSignal signal :
+         {TestSignal::clap, TestSignal::noise_burst, TestSignal::noise, TestSignal::clicks}) {
+        if (ImGui::Selectable(test_signal_name(signal), chosen == test_signal_name(signal)))
+            model.play_test_signal(s, signal);
+    }
+    if (ImGui::Selectable("microphone", chosen == "microphone")) model.play_microphone(s);
+    ImGui::EndCombo();
+    return true;
 }
 
 void draw_source(Model& model, std::size_t s) {
@@ -38,26 +53,13 @@ void draw_source(Model& model, std::size_t s) {
     if (toggle("S", control.solo)) model.set_control(s, &SourceControl::solo, !control.solo);
     tooltip("solo: mute all sources without S");
     float gain_db = control.gain_db.value_or(source.gain_db);
-    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.5F);
-    if (ImGui::SliderFloat("##gain", &gain_db, -40, 20, "%.1f dB"))
+    if (row("gain",
+            "At 0 dB a full-scale signal is at full scale at 1 m. Ctrl and click to type a number.",
+            fixed_text(static_cast<double>(gain_db), 1) + " dB",
+            [&](const char* label) { return bare_slider(label, &gain_db, -40, 20, "%.1f"); }))
         model.set_control(s, &SourceControl::gain_db, gain_db);
-    tooltip(
-        "gain: at 0 dB a full-scale signal is at full scale at 1 m; ctrl and click to type a "
-        "number");
-    ImGui::SameLine(0, 4);
-    const std::string& chosen = model.other_signal(s);
-    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x);
-    if (ImGui::BeginCombo("##signal", chosen.empty() ? "scene's signal" : chosen.c_str())) {
-        if (ImGui::Selectable("scene's signal", chosen.empty())) model.play_own_signal(s);
-        for (const TestSignal signal :
-             {TestSignal::clap, TestSignal::noise_burst, TestSignal::noise, TestSignal::clicks}) {
-            if (ImGui::Selectable(test_signal_name(signal), chosen == test_signal_name(signal)))
-                model.play_test_signal(s, signal);
-        }
-        if (ImGui::Selectable("microphone", chosen == "microphone")) model.play_microphone(s);
-        ImGui::EndCombo();
-    }
-    tooltip("signal of the source; drop a sound file onto the window to play it");
+    row("signal", "Drop a sound file onto the window to play it.", "",
+        [&](const char* label) { return choose_signal(model, s, label); });
     ImGui::PopID();
 }
 
@@ -74,159 +76,14 @@ void draw_parts(Model& model) {
     ImGui::SameLine();
     part("late", &PlayControls::late);
     tooltip("reverberation (3)");
-    ImGui::SetNextItemWidth(-1);
     float wet = model.controls().wet;
-    const char* balance = wet == 0.5F ? "dry - neutral - wet" : wet < 0.5F ? "drier" : "wetter";
-    if (ImGui::SliderFloat("##wet", &wet, 0, 1, balance))
+    if (row("balance", "Direct sound and reflections. Right click: neutral.",
+            wet == 0.5F  ? "neutral"
+            : wet < 0.5F ? "drier"
+                         : "wetter",
+            [&](const char* label) { return bare_slider(label, &wet, 0, 1, "%.2f"); }))
         model.set_control(&PlayControls::wet, wet);
-    tooltip("balance of direct sound and reflections; right click: neutral");
     if (ImGui::IsItemClicked(ImGuiMouseButton_Right)) model.set_control(&PlayControls::wet, 0.5F);
-}
-
-constexpr const char* kRaysMeaning =
-    "Rays per source and frame. More rays reduce noise; ctrl and click to type a number.";
-
-struct Preset {
-    const char* name;
-    const char* meaning;
-    void (*set)(Simulation&);
-};
-
-constexpr std::array<Preset, 4> kPresets{{
-    {"draft", "few rays and first-order image sources, for slow machines",
-     [](Simulation& s) {
-         s.estimator = Estimator::patch;
-         s.rays = 300;
-         s.specular_order = 1;
-         s.patch_size_m = 1;
-         s.response_time_s = 0.5F;
-     }},
-    {"normal", "the defaults of a scene",
-     [](Simulation& s) {
-         const Simulation defaults;
-         s.estimator = defaults.estimator;
-         s.rays = defaults.rays;
-         s.order = defaults.order;
-         s.specular_order = defaults.specular_order;
-         s.patch_size_m = defaults.patch_size_m;
-         s.response_time_s = defaults.response_time_s;
-     }},
-    {"fine", "small patches, many rays",
-     [](Simulation& s) {
-         s.estimator = Estimator::patch;
-         s.rays = 3000;
-         s.specular_order = 4;
-         s.patch_size_m = 0.35F;
-         s.response_time_s = 1;
-     }},
-    {"plain", "path tracing without a cache, for comparison",
-     [](Simulation& s) {
-         s.estimator = Estimator::pt;
-         s.rays = 1000;
-     }},
-}};
-
-void draw_settings(Model& model, Choices& choices) {
-    for (const std::size_t slot : {0U, 1U}) {
-        if (slot == 1) ImGui::SameLine(0, 4);
-        if (toggle(slot == 0 ? " A " : " B ", model.active() == slot) && model.active() != slot)
-            model.switch_setting();
-        tooltip("two settings to compare; x switches");
-    }
-    for (const Preset& preset : kPresets) {
-        ImGui::SameLine(0, 4);
-        if (ImGui::SmallButton(preset.name)) {
-            Simulation s = model.setting().simulation;
-            preset.set(s);
-            model.set_control(&PlayControls::rays, std::nullopt);
-            model.set_simulation(s, model.setting().ambisonic_order);
-        }
-        tooltip(preset.meaning);
-    }
-
-    // A dragged value applies at the release of the slider: preparing it takes time.
-    Simulation s = choices.draft.value_or(model.setting().simulation);
-    bool done = false;
-    bool active = false;
-    const auto item = [&](const char* meaning) {
-        tooltip(meaning);
-        done |= ImGui::IsItemDeactivatedAfterEdit();
-        active |= ImGui::IsItemActive();
-    };
-    const float width = ImGui::GetContentRegionAvail().x - 6.2F * ImGui::GetFontSize();
-    ImGui::PushItemWidth(width);
-    if (ImGui::BeginCombo("estimator", estimator_name(s.estimator))) {
-        for (const Estimator e :
-             {Estimator::patch, Estimator::dpc, Estimator::dpc_published, Estimator::pt}) {
-            if (ImGui::Selectable(estimator_name(e), e == s.estimator)) {
-                s.estimator = e;
-                done = true;
-            }
-        }
-        active = true;
-        ImGui::EndCombo();
-    }
-    tooltip(
-        "Estimator of the reverberation. patch: radiated energy cached per patch. dpc: diffuse "
-        "path "
-        "cache; dpc-published: as published. pt: path tracing without a cache.");
-    bool automatic = model.controls().frame_share.has_value();
-    if (automatic) {
-        ImGui::BeginDisabled();
-        int rays = model.status().rays;
-        ImGui::SliderInt("rays", &rays, 100, 20000, "%d", ImGuiSliderFlags_Logarithmic);
-        tooltip(kRaysMeaning);
-        ImGui::EndDisabled();
-    } else {
-        // The number of rays applies in the next frame without preparation.
-        int rays = model.controls().rays.value_or(model.status().rays);
-        if (ImGui::SliderInt("rays", &rays, 100, 20000, "%d", ImGuiSliderFlags_Logarithmic))
-            model.set_rays(rays);
-        tooltip(kRaysMeaning);
-    }
-    if (ImGui::Checkbox("auto", &automatic)) {
-        model.set_control(&PlayControls::frame_share,
-                          automatic ? std::optional<double>(choices.budget) : std::nullopt);
-    }
-    tooltip("adapt the number of rays to a share of the frame period");
-    ImGui::SameLine();
-    ImGui::SetNextItemWidth(width - ImGui::GetCursorPosX() + ImGui::GetStyle().WindowPadding.x);
-    if (ImGui::SliderFloat("budget", &choices.budget, 0.1F, 0.9F, "%.2f of a frame") && automatic)
-        model.set_control(&PlayControls::frame_share, choices.budget);
-    tooltip("share of the frame period for auto");
-    ImGui::SliderInt("order", &s.order, 0, 50, s.order == 0 ? "no limit" : "%d");
-    item("highest reflection order; no limit: rays end at the length of the response");
-    ImGui::SliderInt("images", &s.specular_order, 0, 5, "order %d");
-    item("highest order of the image sources: exact specular reflections");
-    ImGui::SliderFloat("tau", &s.response_time_s, 0.03F, 5, "%.2f s", ImGuiSliderFlags_Logarithmic);
-    item(
-        "Averaging time of the caches. A longer time reduces noise and slows the response to "
-        "changes.");
-    ImGui::SliderFloat("lambda", &s.patch_size_m, 0.2F, 2, "%.2f m", ImGuiSliderFlags_Logarithmic);
-    item("Size of the patches. Smaller patches resolve more detail, with more noise per ray.");
-    ImGui::SliderFloat("frame rate", &s.frame_rate_hz, 5, 60, "%.0f Hz");
-    item("Propagation frames per second. Movements take effect one frame later.");
-    const auto view = model.view();
-    float length_s = s.ir_length_s.value_or(view ? static_cast<float>(view->length_s) : 1.0F);
-    if (ImGui::SliderFloat("length", &length_s, 0.1F, Simulation::kMaxIrLength_s, "%.2f s"))
-        s.ir_length_s = length_s;
-    item("Length of the response. Longer reverberation is truncated.");
-    int ambisonic_order = model.setting().ambisonic_order;
-    ImGui::SliderInt("ambisonics", &ambisonic_order, 1, 3, "order %d");
-    tooltip(
-        "Ambisonic order of the binaural reverberation. A higher order resolves directions better "
-        "and "
-        "costs more.");
-    if (ImGui::IsItemEdited()) {
-        done = true;
-        active = false;
-    }
-    ImGui::PopItemWidth();
-    choices.draft = active && !done ? std::optional(s) : std::nullopt;
-    if (done) {
-        s.rays = model.controls().rays.value_or(s.rays);
-        model.set_simulation(s, ambisonic_order);
-    }
 }
 
 /// Draws absorption as labelled bars per octave band, scattering as a line.
@@ -271,7 +128,7 @@ void draw_absorption(const Material& material, ImVec2 size) {
 /// Draws a square in a material's colour; the next item follows on the same line. `size` 0: frame
 /// height.
 void draw_swatch(const Material& material, float size) {
-    const Colour colour = material_colour(material);
+    const Colour colour = material_look(material.name).colour;
     ImGui::ColorButton(("##" + material.name).c_str(), {colour.x, colour.y, colour.z, 1},
                        ImGuiColorEditFlags_NoTooltip, {size, size});
     tooltip("colour of the material in the picture");
@@ -389,51 +246,61 @@ void draw_view_choices(Model& model, Choices& choices) {
         "direction, in the selected octave. (b)");
 }
 
-void draw_map_controls(Model& model, MapPanel& map) {
-    const float width = ImGui::GetContentRegionAvail().x - 6.2F * ImGui::GetFontSize();
-    ImGui::PushItemWidth(width);
-    if (ImGui::BeginCombo("parameter", parameter_text(map.choice.parameter).symbol.c_str())) {
-        for (const std::size_t parameter : kMappedParameters)
-            if (ImGui::Selectable(parameter_text(parameter).name.c_str(),
-                                  parameter == map.choice.parameter))
-                map.choice.parameter = parameter;
-        ImGui::EndCombo();
-    }
-    tooltip(parameter_text(map.choice.parameter).name.c_str());
-    ImGui::BeginDisabled(map.choice.parameter == kSpeechTransmission);
+bool choose_parameter(std::size_t& chosen, const char* label) {
+    if (!ImGui::BeginCombo(label, parameter_text(chosen).symbol.c_str())) return false;
+    for (const std::size_t parameter : kMappedParameters)
+        if (ImGui::Selectable(parameter_text(parameter).name.c_str(), parameter == chosen))
+            chosen = parameter;
+    ImGui::EndCombo();
+    return true;
+}
+
+bool choose_octave(std::optional<std::size_t>& chosen, const char* label) {
     const auto octave = [](std::size_t band) { return band_name(band) + " Hz"; };
-    if (ImGui::BeginCombo("octave",
-                          map.choice.band ? octave(*map.choice.band).c_str() : "broadband")) {
-        if (ImGui::Selectable("broadband", !map.choice.band)) map.choice.band.reset();
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            if (ImGui::Selectable(octave(band).c_str(), map.choice.band == band))
-                map.choice.band = band;
-        ImGui::EndCombo();
-    }
-    tooltip(
-        ("broadband: the single number, " + parameter_text(map.choice.parameter).single).c_str());
-    ImGui::EndDisabled();
-    if (model.scene().sources.size() > 1) {
-        if (ImGui::BeginCombo("source", model.scene().sources[model.request.source].name.c_str())) {
-            for (std::size_t s = 0; s < model.scene().sources.size(); ++s)
-                if (ImGui::Selectable(
-                        (model.scene().sources[s].name + "##" + std::to_string(s)).c_str(),
-                        s == model.request.source)) {
-                    model.request.source = s;
-                    model.watch();
-                }
-            ImGui::EndCombo();
+    if (!ImGui::BeginCombo(label, chosen ? octave(*chosen).c_str() : "broadband")) return false;
+    if (ImGui::Selectable("broadband", !chosen)) chosen.reset();
+    for (std::size_t band = 0; band < kBandCount; ++band)
+        if (ImGui::Selectable(octave(band).c_str(), chosen == band)) chosen = band;
+    ImGui::EndCombo();
+    return true;
+}
+
+bool choose_source(Model& model, const char* label) {
+    const auto& sources = model.scene().sources;
+    if (!ImGui::BeginCombo(label, sources[model.request.source].name.c_str())) return false;
+    for (std::size_t s = 0; s < sources.size(); ++s)
+        if (ImGui::Selectable((sources[s].name + "##" + std::to_string(s)).c_str(),
+                              s == model.request.source)) {
+            model.request.source = s;
+            model.watch();
         }
-        tooltip("source whose map is shown");
-    }
+    ImGui::EndCombo();
+    return true;
+}
+
+void draw_map_controls(Model& model, MapPanel& map) {
+    row("parameter", parameter_text(map.choice.parameter).name.c_str(), "",
+        [&](const char* label) { return choose_parameter(map.choice.parameter, label); });
+    ImGui::BeginDisabled(map.choice.parameter == kSpeechTransmission);
+    row("octave",
+        ("Broadband: the single number, " + parameter_text(map.choice.parameter).single).c_str(),
+        "", [&](const char* label) { return choose_octave(map.choice.band, label); });
+    ImGui::EndDisabled();
+    if (model.scene().sources.size() > 1)
+        row("source", "Source whose map is shown.", "",
+            [&](const char* label) { return choose_source(model, label); });
     const Bounds& bounds = model.bounds();
-    ImGui::DragFloat("height", &map.height_m, 0.01F, bounds.min.z, bounds.max.z, "%.2f m");
-    tooltip("z of the receivers; ctrl and click to type a number");
-    ImGui::DragFloat("spacing", &map.spacing_m, 0.01F, 0.05F, 100, "%.2f m");
-    tooltip("distance of the receivers; ctrl and click to type a number");
-    ImGui::PopItemWidth();
+    row("height", "z of the receivers. Drag, or ctrl and click to type a number.", "",
+        [&](const char* label) {
+            return ImGui::DragFloat(label, &map.height_m, 0.01F, bounds.min.z, bounds.max.z,
+                                    "%.2f m");
+        });
+    row("spacing", "Distance of the receivers. Drag, or ctrl and click to type a number.", "",
+        [&](const char* label) {
+            return ImGui::DragFloat(label, &map.spacing_m, 0.01F, 0.05F, 100, "%.2f m");
+        });
     if (const auto done = model.map_progress()) {
-        ImGui::ProgressBar(static_cast<float>(*done), {width, 0});
+        ImGui::ProgressBar(static_cast<float>(*done), {0.7F * ImGui::GetContentRegionAvail().x, 0});
         ImGui::SameLine();
         if (ImGui::SmallButton("cancel")) model.cancel_map();
         tooltip("stop the measurement; an earlier map stays");
@@ -459,7 +326,7 @@ void draw_controls(Model& model, Choices& choices) {
     if (section("Surface")) draw_surface(model, choices);
     if (section("Show")) draw_view_choices(model, choices);
     if (section("Map", false)) draw_map_controls(model, choices.map);
-    if (section("Simulation")) draw_settings(model, choices);
+    if (section("Quality")) draw_quality(model, choices);
 }
 
 }  // namespace aula

@@ -22,15 +22,29 @@ namespace {
 
 void ignore_error(int, const char*) {}
 
-GLFWwindow* open_window(int width, int height, bool visible) {
+GLFWwindow* open_window(int width, int height, bool visible, bool maximized = false) {
     glfwDefaultWindowHints();
+    glfwWindowHint(GLFW_MAXIMIZED, maximized ? GLFW_TRUE : GLFW_FALSE);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     glfwWindowHint(GLFW_SAMPLES, 4);
     glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
     return glfwCreateWindow(width, height, "Aula", nullptr, nullptr);
+}
+
+GLFWwindow* open_on_display(int width, int height) {
+    int x = 0;
+    int y = 0;
+    int display_width = width;
+    int display_height = height;
+    if (GLFWmonitor* const display = glfwGetPrimaryMonitor(); display != nullptr)
+        glfwGetMonitorWorkarea(display, &x, &y, &display_width, &display_height);
+    if (width > 0 && height > 0 && width <= display_width && height <= display_height)
+        return open_window(width, height, true);
+    // Window managers maximize it. Without one it has the display's size.
+    return open_window(std::max(display_width, NativeWindow::kMinWidth),
+                       std::max(display_height, NativeWindow::kMinHeight), true, true);
 }
 
 void set_style(float scale) {
@@ -100,7 +114,7 @@ bool opens_window() {
     return true;
 }
 
-NativeWindow::NativeWindow(int width, int height) : window_(open_window(width, height, true)) {
+NativeWindow::NativeWindow(int width, int height) : window_(open_on_display(width, height)) {
     if (window_ == nullptr)
         throw Failure("the window cannot be opened; --no-window plays in the terminal");
     glfwSetWindowUserPointer(window_, this);

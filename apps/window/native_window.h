@@ -29,7 +29,8 @@ bool opens_window();
 /// A window with an OpenGL context, and its queued input events.
 class NativeWindow {
  public:
-    /// Size in screen coordinates. Throws Failure if no window with OpenGL 3.3 can be opened.
+    /// A window of a size in screen coordinates, or as large as the display if that does not fit
+    /// or is 0. Throws Failure if no window with OpenGL 3.3 can be opened.
     NativeWindow(int width, int height);
     ~NativeWindow();
     NativeWindow(const NativeWindow&) = delete;

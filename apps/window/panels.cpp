@@ -5,8 +5,10 @@
 #include <glm/geometric.hpp>
 #include <string>
 
+#include "apps/documents/parameter_text.h"
 #include "apps/session/base/formatted.h"
-#include "apps/window/colours.h"
+#include "apps/window/gl/colours.h"
+#include "apps/window/rows.h"
 #include "apps/window/view/direct_lines.h"
 
 namespace aula {
@@ -16,15 +18,6 @@ bool toggle(const char* label, bool on) {
     const bool pressed = ImGui::SmallButton(label);
     if (on) ImGui::PopStyleColor();
     return pressed;
-}
-
-void tooltip(const char* text) {
-    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
-    ImGui::BeginTooltip();
-    ImGui::PushTextWrapPos(24 * ImGui::GetFontSize());
-    ImGui::TextUnformatted(text);
-    ImGui::PopTextWrapPos();
-    ImGui::EndTooltip();
 }
 
 std::string fitting(const std::string& text, float width) {
@@ -41,18 +34,26 @@ std::string fitting(const std::string& text, float width) {
 
 namespace {
 
-/// Distance, visibility, T30 and C80 of the selected source in one line; empty before a view.
-std::string selected_source_text(const Model& model) {
+/// Name, distance, visibility, T30 and C80 of the selected source: as many of them as fit.
+std::string selected_source_text(const Model& model, float width) {
     const auto view = model.view();
     if (!view || view->source >= view->sources.size()) return "";
     const float distance_m = glm::distance(view->listener.position, view->sources[view->source]);
-    const RoomParameters parameters = room_parameters(view->response);
-    std::string text = model.scene().sources[view->source].name +
-                       formatted(" %.1f m away, ", static_cast<double>(distance_m)) +
-                       direct_sound_text(view->response);
-    if (parameters[4].t30_s) text += formatted(", T30 %.2f s", *parameters[4].t30_s);
-    if (parameters[4].c80_db) text += ", C80 " + fixed_text(*parameters[4].c80_db, 1) + " dB";
-    return text;
+    std::string text = model.scene().sources[view->source].name;
+    const auto add = [&](const std::string& more) {
+        const std::string longer = text + ", " + more;
+        if (ImGui::CalcTextSize(longer.c_str()).x <= width) text = longer;
+    };
+    add(formatted("%.1f m away", static_cast<double>(distance_m)));
+    add(direct_sound_text(view->response));
+    for (const AcousticParameter parameter : {AcousticParameter::t30, AcousticParameter::c80}) {
+        const auto p = static_cast<std::size_t>(parameter);
+        const ParameterText described = parameter_text(p);
+        if (const auto& value = model.parameters().broadband[p].value)
+            add(described.symbol + " " + fixed_text(*value, described.decimals) + " " +
+                described.unit);
+    }
+    return fitting(text, width);
 }
 
 }  // namespace
@@ -77,19 +78,19 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
     ImGui::SameLine(0, 16);
     const float room = buttons_x - ImGui::GetCursorPosX() - 8;
     const std::string busy = model.busy();
-    if (status.preparing || !busy.empty()) {
+    if (model.changes() || !busy.empty()) {
         // Moving dots show activity.
         constexpr std::array<const char*, 4> kDots{"", " .", " ..", " ..."};
         const auto dots = static_cast<std::size_t>(3 * ImGui::GetTime()) % kDots.size();
         const std::string text =
             fitting(busy.empty() ? "preparing" : busy, room - ImGui::CalcTextSize(" ...").x);
         ImGui::TextColored({1, 0.8F, 0.3F, 1}, "%s%s", text.c_str(), kDots[dots]);
-    } else if (const std::string text = selected_source_text(model); !text.empty()) {
-        ImGui::TextUnformatted(fitting(text, room).c_str());
-        tooltip((text + "\n\nSelected source at the listener, octave band of 1 kHz. T30: "
-                        "reverberation time. C80: "
-                        "clarity, the energy of the first 80 ms relative to the rest.")
-                    .c_str());
+    } else if (const std::string text = selected_source_text(model, room); !text.empty()) {
+        ImGui::TextUnformatted(text.c_str());
+        tooltip(
+            "The selected source at the listener. T30: reverberation time. C80: clarity, the "
+            "energy "
+            "of the first 80 ms relative to the rest. Means of the octaves of 500 and 1000 Hz.");
     }
     ImGui::SameLine(buttons_x);
     if (model.scene().listener.path) {
@@ -165,10 +166,13 @@ void draw_help(Choices& choices) {
 void draw_messages(const Model& model, ImVec2 corner, float width, double now_s) {
     constexpr double kShown_s = 6;
     constexpr double kErrorShown_s = 20;
+    constexpr double kRead_s = 1.0 / 15;  // of a character, by a slow reader
     const float wrap = std::min(width - 16, 42 * ImGui::GetFontSize());
     ImDrawList* draw = ImGui::GetForegroundDrawList();
     for (auto message = model.messages().rbegin(); message != model.messages().rend(); ++message) {
-        if (now_s > message->time_s + (message->is_error ? kErrorShown_s : kShown_s)) continue;
+        const double shown_s = std::max(message->is_error ? kErrorShown_s : kShown_s,
+                                        kRead_s * static_cast<double>(message->text.size()));
+        if (now_s > message->time_s + shown_s) continue;
         const ImVec2 size = ImGui::CalcTextSize(message->text.c_str(), nullptr, false, wrap);
         corner.y -= size.y + 14;
         draw->AddRectFilled(

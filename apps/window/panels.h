@@ -5,11 +5,11 @@
 #include <string>
 
 #include "apps/documents/map_measurement.h"
+#include "apps/window/gl/view3d.h"
 #include "apps/window/model/model.h"
 #include "apps/window/plots.h"
 #include "apps/window/view/camera.h"
 #include "apps/window/view/map_cells.h"
-#include "apps/window/view3d.h"
 
 namespace aula {
 
@@ -52,6 +52,9 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera);
 /// Draws the controls of sources, surface, view and simulation.
 void draw_controls(Model& model, Choices& choices);
 
+/// Draws the settings of the simulation.
+void draw_quality(Model& model, Choices& choices);
+
 /// Level and load meters. Keeps the decaying level and the held peak.
 class Meters {
  public:
@@ -68,9 +71,6 @@ void draw_help(Choices& choices);
 
 /// Draws recent messages, each for some seconds. `corner` is the lower left corner.
 void draw_messages(const Model& model, ImVec2 corner, float width, double now_s);
-
-/// Shows a text while the mouse rests on the last item.
-void tooltip(const char* text);
 
 /// The text, truncated with "..." if it is wider than `width`.
 std::string fitting(const std::string& text, float width);

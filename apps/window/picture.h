@@ -7,21 +7,20 @@
 #include <optional>
 #include <vector>
 
+#include "apps/window/gl/view3d.h"
 #include "apps/window/model/model.h"
 #include "apps/window/panels.h"
+#include "apps/window/small_plan.h"
 #include "apps/window/view/camera.h"
 #include "apps/window/view/layout.h"
 #include "apps/window/view/map_cells.h"
 #include "apps/window/view/patch_field.h"
-#include "apps/window/view3d.h"
 
 namespace aula {
 
 /// The 3D picture of the scene (room, sources, listener, rays, energies) and its mouse interaction.
 class Picture {
  public:
-    explicit Picture(const Model& model);
-
     Camera camera;
 
     /// Handles the mouse: turns the view, drags sources and listener, picks surfaces.
@@ -33,7 +32,7 @@ class Picture {
               double dt_s);
 
     /// Draws names, symbols and legends over the picture of draw().
-    void draw_labels(const Model& model, const Box& area, const Choices& choices) const;
+    void draw_labels(const Model& model, const Box& area, const Choices& choices);
 
  private:
     /// The object that the pressed left button moves.
@@ -49,13 +48,19 @@ class Picture {
     DragTarget target_at(const Model& model, const Screen& screen, const ImVec2& mouse) const;
     void drag(Model& model, const Screen& screen, const ImGuiIO& io);
     void pick(Model& model, const Screen& screen, const ImVec2& mouse, bool cut_away) const;
+    bool is_hidden(const Model& model, const Vec3& point) const;
     void follow_scene(Model& model);
+    void follow_size(const Model& model, const Box& area);
     void follow_patches(Model& model, const Choices& choices, double dt_s);
     void follow_map(const Model& model, const Choices& choices);
     void draw_map_scale(const Model& model, const Screen& projection, ImVec2 corner,
                         ImDrawList& draw) const;
     void add_lines(const Model& model, const Choices& choices);
     void add_lobes(const Model& model, const Screen& projection, const Choices& choices);
+    void draw_sources(const Model& model, const Screen& projection, ImDrawList& draw) const;
+    void draw_listener(const Model& model, const Screen& projection, ImDrawList& draw) const;
+    void draw_legends(const Model& model, const Screen& projection, const Box& area,
+                      const Choices& choices, ImDrawList& draw) const;
     void draw_direct_paths(const Model& model, const Screen& projection, ImDrawList& draw) const;
 
     View3d view_;
@@ -71,6 +76,9 @@ class Picture {
     double pulse_s_ = 0;
     float overlay_opacity_ = 0;
     DragTarget drag_target_;
+    SmallPlan plan_;
+    bool shows_all_ = true;    ///< the user has not changed the view
+    glm::vec2 shown_size_{0};  ///< to which the view fits
 };
 
 }  // namespace aula

@@ -6,9 +6,11 @@
 #include <deque>
 #include <optional>
 
+#include "apps/documents/parameter_text.h"
 #include "apps/session/base/formatted.h"
-#include "apps/window/colours.h"
+#include "apps/window/gl/colours.h"
 #include "apps/window/panels.h"
+#include "apps/window/rows.h"
 #include "apps/window/view/level_walk.h"
 #include "aula/engine/room_acoustics.h"
 
@@ -243,8 +245,8 @@ void draw_energy(const Model& model, const FrameView& view, ImVec2 size, double 
         packed(kOther));
 }
 
-void draw_decay(const Model& model, const FrameView& view, const RoomParameters& parameters,
-                ImVec2 size, double to_s, std::size_t band) {
+void draw_decay(const Model& model, const FrameView& view, ImVec2 size, double to_s,
+                std::size_t band) {
     Plot plot("Decay", "dB, Schroeder", size, to_s, -70, 0);
     // The selected octave, else 1 kHz as in the bar at the top.
     const std::size_t of = band == kAllBands ? 4 : band;
@@ -255,7 +257,7 @@ void draw_decay(const Model& model, const FrameView& view, const RoomParameters&
         plot.line(decay_curve_db(view.response, band, kStep_s), kStep_s,
                   packed({0.95F, 0.95F, 0.97F}, 0.6F), 1.0F);
     // T30's slope from -5 to -35 dB.
-    if (const auto t30_s = parameters[of].t30_s) {
+    if (const auto t30_s = model.parameters().octave(AcousticParameter::t30, of).value) {
         const std::vector<float> decay = decay_curve_db(view.response, of, kStep_s);
         const auto start = std::find_if(decay.begin(), decay.end(), [](float d) { return d < -5; });
         const double from_s = static_cast<double>(start - decay.begin()) * kStep_s;
@@ -291,81 +293,93 @@ void draw_walk(const LevelWalk& walk, ImVec2 size, std::size_t band) {
     }
 }
 
-struct Row {
-    const char* name;
-    int decimals;
-    std::optional<double> BandParameters::*value;
-    const char* meaning;
-};
+/// The parameters of the table: those of reports that need no ears.
+constexpr std::size_t kTableParameters = static_cast<std::size_t>(AcousticParameter::iacc_early);
 
-constexpr std::array<Row, 6> kRows{{
-    {"T30 s", 2, &BandParameters::t30_s,
-     "reverberation time: time of a decay by 60 dB at the rate between -5 and -35 dB"},
-    {"EDT s", 2, &BandParameters::edt_s,
-     "early decay time: the same for the rate between 0 and -10 dB; perceived reverberance"},
-    {"C80 dB", 1, &BandParameters::c80_db,
-     "clarity: energy of the first 80 ms relative to the rest"},
-    {"D50", 2, &BandParameters::d50,
-     "definition: energy of the first 50 ms relative to the total, 0 to 1"},
-    {"Ts ms", 0, &BandParameters::ts_s, "centre time: energy-weighted mean arrival time"},
-    {"G dB", 1, &BandParameters::g_db,
-     "strength: level relative to that of the same source at 10 m in free field"},
-}};
+std::string text_of(const MeasuredValue& measured, int decimals) {
+    return measured.value ? fixed_text(*measured.value, decimals) : std::string("-");
+}
 
 void cell_text(const std::string& text) {
+    ImGui::TableNextColumn();
     const float room = ImGui::GetContentRegionAvail().x;
     ImGui::SetCursorPosX(ImGui::GetCursorPosX() + room - ImGui::CalcTextSize(text.c_str()).x);
     ImGui::TextUnformatted(text.c_str());
 }
 
-void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 size,
-                PlotChoice& choice) {
+/// The first row: the octaves, which select what the plots show, and the single number.
+void draw_octaves(PlotChoice& choice) {
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    if (ImGui::Selectable("Hz", choice.band == kAllBands)) choice.band = kAllBands;
+    ImGui::PushStyleVar(ImGuiStyleVar_SelectableTextAlign, {1, 0});
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        ImGui::TableNextColumn();
+        ImGui::PushStyleColor(ImGuiCol_Text, packed(band_colour(b)));
+        const auto centre = static_cast<double>(kBandCentres_hz[b]);
+        const std::string name =
+            centre < 1000 ? formatted("%.0f", centre) : formatted("%.0fk", centre / 1000);
+        if (ImGui::Selectable(name.c_str(), choice.band == b)) choice.band = b;
+        ImGui::PopStyleColor();
+    }
+    ImGui::PopStyleVar();
+    cell_text("mean");
+}
+
+/// "1 dB", or "5 %" of the value.
+std::string noticeable_text(const ParameterText& text) {
+    return text.is_share ? formatted("%g %%", 100 * text.noticeable)
+                         : formatted("%g ", text.noticeable) + text.unit;
+}
+
+/// Begins a row with the symbol and the unit of a parameter, as reports write them.
+void begin_parameter(const ParameterText& text) {
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::TextUnformatted((text.symbol + " " + text.unit).c_str());
+    tooltip((text.name + ". Single number: " + text.single +
+             ". Just noticeable difference: " + noticeable_text(text) + ".")
+                .c_str());
+}
+
+void draw_table(const Model& model, ImVec2 size, PlotChoice& choice) {
+    const PairParameters& parameters = model.parameters();
+    const float top = ImGui::GetCursorPosY();
     ImGui::BeginGroup();
     ImGui::TextUnformatted("ISO 3382");
     ImGui::PushFont(small_font());
     ImGui::SameLine(0, 10);
-    ImGui::TextDisabled("click an octave to select it");
-    if (ImGui::BeginTable("iso", 9, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp,
-                          {size.x, 0})) {
+    ImGui::TextDisabled("response of %.2f s; click an octave", model.view()->length_s);
+    ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {1, 1});
+    if (ImGui::BeginTable(
+            "iso", kBandCount + 2,
+            ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp | ImGuiTableFlags_ScrollY,
+            {size.x, top + size.y - ImGui::GetCursorPosY()})) {
+        ImGui::TableSetupScrollFreeze(0, 1);
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
-                                ImGui::CalcTextSize("A noise % ").x);
-        for (std::size_t b = 0; b < kBandCount; ++b)
+                                ImGui::CalcTextSize(model.compares() ? "A noise %" : "noise %").x);
+        for (std::size_t b = 0; b <= kBandCount; ++b)
             ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthStretch, 1);
-        ImGui::TableNextRow();
-        ImGui::TableNextColumn();
-        if (ImGui::Selectable("Hz", choice.band == kAllBands)) choice.band = kAllBands;
-        for (std::size_t b = 0; b < kBandCount; ++b) {
-            ImGui::TableNextColumn();
-            ImGui::PushStyleColor(ImGuiCol_Text, packed(band_colour(b)));
-            const auto centre = static_cast<double>(kBandCentres_hz[b]);
-            const std::string name =
-                centre < 1000 ? formatted("%.0f", centre) : formatted("%.0fk", centre / 1000);
-            if (ImGui::Selectable(name.c_str(), choice.band == b)) choice.band = b;
-            ImGui::PopStyleColor();
+        draw_octaves(choice);
+        for (std::size_t p = 0; p < kTableParameters; ++p) {
+            const ParameterText text = parameter_text(p);
+            begin_parameter(text);
+            for (const MeasuredValue& value : parameters.octaves[p])
+                cell_text(text_of(value, text.decimals));
+            cell_text(text_of(parameters.broadband[p], text.decimals));
         }
-        for (const Row& row : kRows) {
-            ImGui::TableNextRow();
-            ImGui::TableNextColumn();
-            ImGui::TextUnformatted(row.name);
-            tooltip(row.meaning);
-            const bool milliseconds = row.value == &BandParameters::ts_s;
-            for (std::size_t b = 0; b < kBandCount; ++b) {
-                ImGui::TableNextColumn();
-                const auto value = parameters[b].*(row.value);
-                cell_text(value ? fixed_text(*value * (milliseconds ? 1000 : 1), row.decimals)
-                                : "-");
-            }
-        }
+        const ParameterText sti = parameter_text(kSpeechTransmission);
+        begin_parameter(sti);
+        for (std::size_t b = 0; b < kBandCount; ++b) ImGui::TableNextColumn();
+        cell_text(text_of(parameters.sti, sti.decimals));
         const auto noise_row = [&](const char* name, const FrameNoise& noise) {
             ImGui::TableNextRow();
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(name);
             tooltip(
-                "frame-to-frame noise while nothing moves: relative standard deviation of the "
-                "energy in "
-                "windows of 20 ms");
+                "Frame-to-frame noise while nothing moves: relative standard deviation of the "
+                "energy in windows of 20 ms.");
             for (std::size_t b = 0; b < kBandCount; ++b) {
-                ImGui::TableNextColumn();
                 const auto relative = noise.relative(b);
                 cell_text(relative ? formatted("%.1f", 100 * *relative) : "-");
             }
@@ -382,11 +396,12 @@ void draw_table(const Model& model, const RoomParameters& parameters, ImVec2 siz
         }
         ImGui::EndTable();
     }
+    ImGui::PopStyleVar();
     ImGui::PopFont();
     ImGui::EndGroup();
 }
 
-/// Buttons that select the first pane if not all fit.
+/// Buttons that show a pane, in place of the one that was chosen longest ago, if not all fit.
 void draw_pane_choice(PlotChoice& choice, const std::vector<PaneBox>& shown) {
     constexpr std::array<const char*, kPanes.size()> kNames{"response", "energy", "decay",
                                                             "ISO 3382", "walk"};
@@ -394,7 +409,7 @@ void draw_pane_choice(PlotChoice& choice, const std::vector<PaneBox>& shown) {
         if (i > 0) ImGui::SameLine(0, 4);
         const bool on = std::any_of(shown.begin(), shown.end(),
                                     [&](const PaneBox& box) { return box.pane == kPanes[i]; });
-        if (toggle(kNames[i], on)) choice.first = kPanes[i];
+        if (toggle(kNames[i], on)) choice.order = with_first(kPanes[i], choice.order);
     }
 }
 
@@ -407,17 +422,16 @@ ImU32 packed(const glm::vec3& colour, float alpha) {
 void draw_plots(const Model& model, PlotChoice& choice) {
     const auto view = model.view();
     if (!view) {
-        ImGui::TextDisabled("computing the first frame");
+        ImGui::TextDisabled("the first frame is being computed");
         return;
     }
     const float gap = 10;
     const auto panes =
-        panes_in(ImGui::GetContentRegionAvail().x, ImGui::GetFontSize(), gap, choice.first);
+        panes_in(ImGui::GetContentRegionAvail().x, ImGui::GetFontSize(), gap, choice.order);
     if (panes.size() < kPanes.size()) draw_pane_choice(choice, panes);
     const float height = ImGui::GetContentRegionAvail().y;
     const double whole_s = std::max(view->length_s, 0.05);
     const double to_s = choice.early ? std::min(kEarly_s, whole_s) : whole_s;
-    const RoomParameters parameters = room_parameters(view->response);
     for (std::size_t i = 0; i < panes.size(); ++i) {
         const ImVec2 size{panes[i].width, height};
         if (i > 0) ImGui::SameLine(0, gap);
@@ -439,7 +453,7 @@ void draw_plots(const Model& model, PlotChoice& choice) {
                     "reverberation. Click: the first 150 ms, or all.");
                 break;
             case Pane::decay:
-                draw_decay(model, *view, parameters, size, whole_s, choice.band);
+                draw_decay(model, *view, size, whole_s, choice.band);
                 tooltip(
                     "Decay after the source stops: backward integral of the energy response "
                     "(Schroeder), one curve per octave band. T30: extrapolated from the slope "
@@ -447,7 +461,7 @@ void draw_plots(const Model& model, PlotChoice& choice) {
                     "-5 and -35 dB.");
                 break;
             case Pane::parameters:
-                draw_table(model, parameters, size, choice);
+                draw_table(model, size, choice);
                 break;
             case Pane::walk:
                 draw_walk(model.level_walk(), size, choice.band);

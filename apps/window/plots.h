@@ -10,8 +10,8 @@ namespace aula {
 /// Options of the plots.
 struct PlotChoice {
     std::size_t band = kAllBands;
-    bool early = false;           ///< only the first 150 ms
-    Pane first = Pane::response;  ///< first pane if not all fit
+    bool early = false;            ///< only the first 150 ms
+    PaneOrder order = kPaneOrder;  ///< the panes to show first if not all fit
 };
 
 /// Draws impulse response, energy response, decay curves and the table of room-acoustic parameters

@@ -27,7 +27,11 @@ void for_each_entry(State& state, const Each& each) {
     each("early", state.choices.plots.early);
     each("everywhere", state.choices.everywhere);
     each("help", state.choices.help);
-    each("pane", state.choices.plots.first);
+    each("pane1", state.choices.plots.order[0]);
+    each("pane2", state.choices.plots.order[1]);
+    each("pane3", state.choices.plots.order[2]);
+    each("pane4", state.choices.plots.order[3]);
+    each("pane5", state.choices.plots.order[4]);
     each("text_percent", state.choices.text_percent);
 }
 
@@ -53,11 +57,12 @@ WindowState read_state(const std::filesystem::path& file) {
             if (name == known) entry = static_cast<Entry>(value);
         });
     }
-    state.choices.plots.first =
-        kPanes[std::min(static_cast<std::size_t>(state.choices.plots.first), kPanes.size() - 1)];
+    PaneOrder& order = state.choices.plots.order;
+    if (!std::is_permutation(order.begin(), order.end(), kPanes.begin())) order = kPaneOrder;
     state.choices.larger_text(0);  // clamps
-    state.width = std::clamp(state.width, NativeWindow::kMinWidth, kLargest);
-    state.height = std::clamp(state.height, NativeWindow::kMinHeight, kLargest);
+    if (state.width != 0) state.width = std::clamp(state.width, NativeWindow::kMinWidth, kLargest);
+    if (state.height != 0)
+        state.height = std::clamp(state.height, NativeWindow::kMinHeight, kLargest);
     return state;
 }
 

@@ -9,8 +9,8 @@ namespace aula {
 
 /// The window's state that is kept between sessions.
 struct WindowState {
-    int width = 1280;
-    int height = 800;
+    int width = 0;  ///< 0: as large as the display
+    int height = 0;
     Choices choices;
 };
 

@@ -36,8 +36,7 @@ class App {
           model_(model),
           choices_(state.choices),
           native_(state.width, state.height),
-          gui_(native_),
-          picture_(model) {
+          gui_(native_) {
         if (options.screenshot) screenshot_.emplace(*options.screenshot);
     }
 
@@ -62,15 +61,16 @@ class App {
 
     WindowState state() const {
         WindowState state;
-        glfwGetWindowSize(native_.get(), &state.width, &state.height);
+        if (glfwGetWindowAttrib(native_.get(), GLFW_MAXIMIZED) == 0)
+            glfwGetWindowSize(native_.get(), &state.width, &state.height);
         state.choices = choices_;
         return state;
     }
 
  private:
     bool wants_screenshot(double now_s) const {
-        return options_.screenshot && now_s >= options_.screenshot_after_s &&
-               !model_.status().preparing && model_.view();
+        return options_.screenshot && now_s >= options_.screenshot_after_s && !model_.changes() &&
+               model_.view();
     }
 
     /// Handles events until the next frame. The interval is at least that of the frame rate limit,
@@ -88,13 +88,6 @@ class App {
             handle_keys();
             walk();
         } while (glfwGetTime() < next_s && glfwWindowShouldClose(native_.get()) == 0);
-    }
-
-    void drop(const std::filesystem::path& file) {
-        if (file.extension() == ".json")
-            model_.open(file);
-        else
-            model_.play_file(model_.request.source, file);
     }
 
     /// Walks for the time that keys were held since the last call.
@@ -236,8 +229,10 @@ class App {
             ImGui::EndChild();
         });
         panel("meters", layout.meters, [&] {
+            ImGui::BeginChild("list");
             meters_.draw(model_);
-            meters_height_ = ImGui::GetCursorPosY() + ImGui::GetStyle().WindowPadding.y;
+            meters_height_ = ImGui::GetCursorPosY() + 2 * ImGui::GetStyle().WindowPadding.y;
+            ImGui::EndChild();
         });
         if (choices_.help) draw_help(choices_);
         picture_.draw_labels(model_, layout.picture, choices_);
@@ -256,7 +251,7 @@ class App {
                                   gui_.display_scale(), choices_.zoom()));
         handle_keys();
         walk();
-        for (const std::string& file : native_.take_dropped()) drop(file);
+        for (const std::string& file : native_.take_dropped()) model_.take_file(file);
         // The first layout finds the meters' height. Each mouse event takes one more.
         const float meters_height = meters_height_;
         Box area = lay_out();

@@ -33,7 +33,7 @@ const std::array kParts = {
     Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/documents", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/window",
-         {"view", "model", ""},
+         {"view", "model", "gl", ""},
          {"apps/documents", "apps/session", "engine", "audio"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", ""},

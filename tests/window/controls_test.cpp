@@ -10,6 +10,7 @@
 
 #include "apps/window/model/model.h"
 #include "apps/window/panels.h"
+#include "apps/window/rows.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 
@@ -18,6 +19,7 @@ namespace {
 using namespace aula;
 using namespace aula::test;
 
+constexpr float kLeft = 400;  ///< of the panel; the picture lies beside it
 constexpr float kWidth = 340;
 constexpr float kHeight = 1400;
 
@@ -28,7 +30,7 @@ class Gui {
         ImGui::CreateContext();
         ImGuiIO& io = ImGui::GetIO();
         io.IniFilename = nullptr;
-        io.DisplaySize = {kWidth, kHeight};
+        io.DisplaySize = {kLeft + kWidth, kHeight};
         for (int font = 0; font < 3; ++font) io.Fonts->AddFontDefault();
         io.Fonts->Build();
     }
@@ -42,13 +44,13 @@ class Gui {
         io.DeltaTime = 0.01F;
         io.MousePos = mouse;
         ImGui::NewFrame();
-        ImGui::SetNextWindowPos({0, 0});
+        ImGui::SetNextWindowPos({kLeft, 0});
         ImGui::SetNextWindowSize({kWidth, kHeight});
         ImGui::Begin("controls", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize);
         ImGui::GetStateStorage()->SetInt(ImGui::GetID("Map"), 1);  // opened
         draw_controls(model, choices);
         headers_.clear();
-        for (const char* name : {"Sources", "Surface", "Show", "Map", "Simulation"})
+        for (const char* name : {"Sources", "Surface", "Show", "Map", "Quality"})
             headers_.insert(ImGui::GetID(name));
         ImGui::End();
         ImGui::Render();
@@ -60,12 +62,12 @@ class Gui {
         return headers_.contains(id) ? 0 : id;
     }
 
-    /// Whether a tooltip is drawn.
-    static bool explains() {
+    /// The tooltip that is drawn; null if there is none.
+    static const ImGuiWindow* tooltip() {
         const ImGuiContext& context = *ImGui::GetCurrentContext();
         for (const ImGuiWindow* window : context.Windows)
-            if (window->Active && (window->Flags & ImGuiWindowFlags_Tooltip) != 0) return true;
-        return false;
+            if (window->Active && (window->Flags & ImGuiWindowFlags_Tooltip) != 0) return window;
+        return nullptr;
     }
 
  private:
@@ -74,7 +76,7 @@ class Gui {
 
 }  // namespace
 
-TEST_CASE("Every control explains itself while the mouse rests on it") {
+TEST_CASE("Every control explains itself beside the panel while the mouse rests on it") {
     const TemporaryFolder folder;
     WindowOptions options;
     options.scene_file = folder.write("room", "");
@@ -92,19 +94,41 @@ TEST_CASE("Every control explains itself while the mouse rests on it") {
     Choices choices;
     Gui gui;
     gui.draw(model, choices, {-1, -1});
-    CHECK_FALSE(Gui::explains());
+    CHECK(Gui::tooltip() == nullptr);
 
     std::set<ImGuiID> items;
     for (float y = 2; y < kHeight; y += 5) {
         for (float x = 4; x < kWidth; x += 9) {
-            gui.draw(model, choices, {x, y});
-            gui.draw(model, choices, {x, y});
+            gui.draw(model, choices, {kLeft + x, y});
+            gui.draw(model, choices, {kLeft + x, y});
             if (gui.item() == 0) continue;
             items.insert(gui.item());
             INFO("at " << x << ", " << y);
-            CHECK(Gui::explains());
+            REQUIRE(Gui::tooltip() != nullptr);
+            CHECK(Gui::tooltip()->Pos.x + Gui::tooltip()->Size.x <= kLeft);
         }
     }
     // Two sources with five items each, eighteen of the simulation, and the others.
     CHECK(items.size() > 40);
+}
+
+TEST_CASE("A slider in a row draws no text over its grab") {
+    const Gui gui;
+    ImGuiIO& io = ImGui::GetIO();
+    io.DeltaTime = 0.01F;
+    ImGui::NewFrame();
+    ImGui::SetNextWindowSize({300, 300});
+    ImGui::Begin("sliders");
+    const auto drawn = [](const auto& item) {
+        const ImDrawList& list = *ImGui::GetWindowDrawList();
+        const int before = list.VtxBuffer.Size;
+        item();
+        return list.VtxBuffer.Size - before;
+    };
+    float value = 0.5F;
+    const int bare = drawn([&] { bare_slider("##a", &value, 0, 1, "%.2f"); });
+    CHECK(bare == drawn([&] { ImGui::SliderFloat("##b", &value, 0, 1, ""); }));
+    CHECK(bare < drawn([&] { ImGui::SliderFloat("##c", &value, 0, 1, "%.2f"); }));
+    ImGui::End();
+    ImGui::EndFrame();
 }

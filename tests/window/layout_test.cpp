@@ -28,6 +28,11 @@ bool overlap(const Box& a, const Box& b) {
            a.y + kMeet < b.y + b.height && b.y + kMeet < a.y + a.height;
 }
 
+bool has(const std::vector<PaneBox>& panes, Pane pane) {
+    return std::any_of(panes.begin(), panes.end(),
+                       [&](const PaneBox& box) { return box.pane == pane; });
+}
+
 float area(const Box& box) { return box.width * box.height; }
 
 }  // namespace
@@ -73,30 +78,45 @@ TEST_CASE("Plots have their minimum width in any window, and fill the strip") {
         const float width = window_layout(size.width, size.height, em, 14 * em).plots.width - em;
         for (const Pane first : kPanes) {
             INFO(size.width << " x " << size.height << ", first " << static_cast<int>(first));
-            const auto panes = panes_in(width, em, kGap, first);
+            const auto panes = panes_in(width, em, kGap, with_first(first, kPaneOrder));
             REQUIRE(!panes.empty());
             float used = -kGap;
             for (const PaneBox& box : panes) {
-                CHECK(box.width >= 14 * em);
-                if (box.pane == Pane::parameters) CHECK(box.width >= 21 * em);
+                CHECK(box.width >= 11 * em);
+                if (box.pane == Pane::parameters) CHECK(box.width >= std::min(27 * em, width));
                 used += box.width + kGap;
             }
             CHECK(used == Approx(width).epsilon(1e-4));
-            if (panes.size() < kPanes.size()) CHECK(panes[0].pane == first);
+            CHECK(has(panes, first));
+            CHECK(std::is_sorted(panes.begin(), panes.end(),
+                                 [](const auto& a, const auto& b) { return a.pane < b.pane; }));
         }
     }
-    // All four at the default window size; the selected ones in a small window.
-    CHECK(panes_in(930, kText, kGap, Pane::decay).size() == 4);
-    CHECK(panes_in(550, kText, kGap, Pane::response).size() == 2);
-    CHECK(panes_in(550, kText, kGap, Pane::parameters)[0].pane == Pane::parameters);
-    CHECK(panes_in(100, kText, kGap, Pane::energy).size() == 1);
+    CHECK(panes_in(1300, kText, kGap, kPaneOrder).size() == 5);
+    // Four at the size of 1280 x 800, two at 900 x 600.
+    CHECK(panes_in(928, kText, kGap, kPaneOrder).size() == 4);
+    CHECK(panes_in(548, kText, kGap, kPaneOrder).size() == 2);
+    CHECK(panes_in(100, kText, kGap, kPaneOrder).size() == 1);
+}
+
+TEST_CASE("A pane that is chosen takes the place of the one that was chosen longest ago") {
+    constexpr float kGap = 10;
+    for (const float width : {928.0F, 548.0F}) {
+        INFO(width);
+        const auto panes = panes_in(width, kText, kGap, with_first(Pane::walk, kPaneOrder));
+        CHECK(has(panes, Pane::walk));
+        CHECK(has(panes, Pane::parameters));
+    }
+    const PaneOrder order = with_first(Pane::energy, with_first(Pane::walk, kPaneOrder));
+    CHECK(order ==
+          PaneOrder{Pane::energy, Pane::walk, Pane::parameters, Pane::decay, Pane::response});
 }
 
 TEST_CASE("The text scale grows with the window, the display's scale and the zoom") {
     CHECK(text_scale(1280, 800, 1, 1) == 1);
     CHECK(text_scale(900, 600, 1, 1) == 1);
-    CHECK(text_scale(1920, 1080, 1, 1) == 1.35F);
-    CHECK(text_scale(3840, 2160, 1, 1) == 2.7F);
+    CHECK(text_scale(1920, 1080, 1, 1) == 1.1F);
+    CHECK(text_scale(3840, 2160, 1, 1) == 2.15F);
     // Twice the display density doubles the window as well: the scale doubles once.
     CHECK(text_scale(2560, 1600, 2, 1) == 2);
     CHECK(text_scale(1280, 800, 1, 1.5F) == 1.5F);

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "apps/session/edit/scene_edits.h"
+#include "apps/window/view/curves.h"
 #include "aula/exception.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -39,7 +40,7 @@ Scene scene_of(const std::filesystem::path& file) {
 }
 
 LoadedScene load(const std::filesystem::path& file) {
-    if (file.extension() == ".json") return load_scene(file);
+    if (file.extension() == ".json" || file.extension() == ".obj") return load_scene(file);
     LoadedScene loaded;
     loaded.scene = scene_of(file);
     return loaded;
@@ -245,6 +246,38 @@ TEST_CASE("Opening a scene resets the sources' controls") {
     REQUIRE(room.shows([&] { return model.scene_file() == room.file("room"); }));
     CHECK(model.controls().sources.size() == 1);
     CHECK_FALSE(model.controls().sources[0].muted);
+}
+
+TEST_CASE("A model that is dropped onto the window opens, and the window says what was guessed") {
+    Room room;
+    std::ofstream(room.file("box.obj"))
+        << "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 0 0 3\nv 6 0 3\nv 6 5 3\nv 0 5 3\n"
+           "usemtl Wand_Putz\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n"
+           "usemtl Boden_Parkett\nf 4 3 2 1\nusemtl Decke\nf 5 6 7 8\n";
+    Model& model = room.model();
+    model.take_file(room.file("box.obj"));
+    REQUIRE(room.shows([&] { return model.scene_file().filename() == "box.obj"; }));
+    CHECK(model.scene().sources.size() == 1);
+    CHECK(room.says("guessed material \"Wand_Putz\": plaster"));
+}
+
+TEST_CASE("A file that is dropped and is no scene is a sound for the selected source") {
+    Room room;
+    Model& model = room.model();
+    model.take_file(room.file("none.wav"));
+    CHECK(room.says("none.wav"));
+    CHECK(model.scene_file().filename() == "room");
+}
+
+TEST_CASE("The parameters of the window are those of its view") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    REQUIRE(room.shows([&] { return model.view() != nullptr; }));
+    const PairParameters expected = view_parameters(*model.view(), model.scene().speech);
+    REQUIRE(expected.broadband[1].value);
+    CHECK(model.parameters().broadband[1].value == expected.broadband[1].value);
+    CHECK(model.parameters().sti.value == expected.sti.value);
 }
 
 TEST_CASE("Two settings each keep their estimator and view") {

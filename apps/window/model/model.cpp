@@ -14,6 +14,21 @@ WindowOptions without_end(WindowOptions options) {
     return options;
 }
 
+/// The player of a scene. Where no sound device can be opened and none was asked for, it plays in
+/// silence: the room can be seen and edited, and its response is computed.
+std::unique_ptr<Player> opened_player(const Scene& scene, SessionOptions session,
+                                      const std::function<void(const std::string&)>& warn) {
+    try {
+        return std::make_unique<Player>(scene, session);
+    } catch (const Failure& failure) {
+        if (!session.device.empty()) throw;
+        session.device = AudioDevice::kNone;
+        auto silent = std::make_unique<Player>(scene, session);
+        warn(failure.what() + std::string("; playing in silence"));
+        return silent;
+    }
+}
+
 }  // namespace
 
 Model::Model(const WindowOptions& options)
@@ -21,7 +36,7 @@ Model::Model(const WindowOptions& options)
       scene_(open_scene(options_, options_.scene_file)),
       settings_(scene().simulation, options_.session.ambisonic_order),
       library_(material_library()),
-      player_(std::make_unique<Player>(scene(), session_of(scene_.read()))),
+      player_(opened_player(scene(), session_of(scene_.read()), options_.warn)),
       signals_(player_->sample_rate_hz(),
                [this](std::size_t source, std::shared_ptr<const Signal> signal) {
                    player_->play_signal(source, std::move(signal));
@@ -30,6 +45,7 @@ Model::Model(const WindowOptions& options)
       requested_(wanted_setting()) {
     player_->measure_loudness();
     for (const std::string& warning : player_->warnings()) log_.say(warning);
+    say_warnings();
     signals_.restart(scene().sources.size());
     if (!scene().listener.path) take_listener(scene().listener.pose);
     read_controls();
@@ -47,24 +63,30 @@ void Model::update(double now_s) {
     monitor_status_ = player_->monitor_status();
     if (status_.sample_rate_hz != signals_.sample_rate_hz())
         signals_.set_sample_rate(status_.sample_rate_hz);
-    if (opened_ && !status_.preparing) show_opened();
+    if (opened_ && (status_.audible_change >= opened_change_ || !status_.preparing)) show_opened();
     if (playback_messages_.take(status_, monitor_status_, now_s, log_)) {
         requested_.reset();
+        requested_change_ = 0;
         settings_.revert();
-    } else if (!status_.preparing && !opened_) {
+    } else if (!changes()) {
         settings_.confirm();
     }
     // Until a change of sources plays, the player reports the previous ones.
     if (status_.sources.size() > scene().sources.size())
         status_.sources.resize(scene().sources.size());
 
-    // A view from before the last change does not belong to this setting.
+    // A view from before the last change does not belong to this setting. The player's own changes,
+    // which adapt the response to the machine, do not matter: they may follow each other for long.
     const auto newest = player_->view();
-    if (newest && newest->change == status_.audible_change && !status_.preparing &&
+    if (newest && newest->change == status_.audible_change && !changes() &&
         newest->source < scene().sources.size())
         settings_.add_view(newest);
     if (!frozen || !shown_) shown_ = setting().view;
     if (shown_) level_walk_.add(*shown_);
+    if (shown_ != measured_) {
+        measured_ = shown_;
+        parameters_ = shown_ ? view_parameters(*shown_, scene().speech) : PairParameters();
+    }
     read_controls();
     replace_materials();
     jobs_.finish([this](const std::string& error) { log_.say(error, true); });
@@ -91,7 +113,7 @@ void Model::apply() {
     requested_ = wanted_setting();
     Scene played = scene();
     played.simulation = setting().simulation;
-    player_->change(played, session_of(scene_.read()));
+    requested_change_ = player_->change(played, session_of(scene_.read()));
 }
 
 /// False, with a message, while another scene is being opened.

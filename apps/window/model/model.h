@@ -50,6 +50,8 @@ class Model {
     Player& player() { return *player_; }
     const PlayStatus& status() const { return status_; }
     const MonitorStatus& monitor_status() const { return monitor_status_; }
+    /// Whether the sound is discarded: no device could be opened, or none was wanted.
+    bool is_silent() const { return player_->device().name == AudioDevice::kNone; }
     double last_underrun_s() const { return playback_messages_.last_underrun_s(); }
 
     const Scene& scene() const { return scene_.scene(); }
@@ -99,6 +101,8 @@ class Model {
     ViewRequest request;  ///< call watch() after a change
     void watch() { player_->watch(request); }
     std::shared_ptr<const FrameView> view() const { return shown_; }
+    /// The parameters of the view, as reports have them; empty values without a view.
+    const PairParameters& parameters() const { return parameters_; }
 
     /// The levels of the direct sound where the listener walked.
     const LevelWalk& level_walk() const { return level_walk_; }
@@ -126,11 +130,16 @@ class Model {
     bool map_is_current() const;
 
     // Files. Long operations run in the background; meanwhile the present scene plays.
+    /// Opens a scene or a model. Any other file is a sound, which the selected source plays.
+    void take_file(const std::filesystem::path& file);
     void open(const std::filesystem::path& file);
     void open_next(int step);
     void toggle_recording();
     void save_scene();
     void save_response();  ///< impulse response and report of the shown view
+
+    /// Whether a change of the scene or the setting has yet to become audible.
+    bool changes() const { return opened_ || status_.audible_change < requested_change_; }
 
     /// Name of the background job, such as "opening church.json"; empty: none.
     std::string busy() const;
@@ -201,6 +210,7 @@ class Model {
                             std::function<bool()> is_newest, void (Model::*take)(OpenedScene));
     void play_scene(OpenedScene opened);
     void show_opened();
+    void say_warnings();
     void watch_file();
     void take_edit(OpenedScene opened);
 
@@ -229,8 +239,11 @@ class Model {
     PlayStatus status_;
     MonitorStatus monitor_status_;
     std::shared_ptr<const FrameView> shown_;
+    std::shared_ptr<const FrameView> measured_;  ///< the view of the parameters
+    PairParameters parameters_;
     LevelWalk level_walk_;                    ///< of the shown views
     std::optional<PlayedSetting> requested_;  ///< from the player; empty after a failure
+    std::uint64_t requested_change_ = 0;      ///< its change number
     double now_s_ = 0;
 };
 

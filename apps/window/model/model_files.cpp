@@ -5,6 +5,7 @@
 #include "apps/session/base/formatted.h"
 #include "apps/window/model/model.h"
 #include "apps/window/model/saved_files.h"
+#include "engine/mesh/mesh_import.h"
 
 // File operations of the model.
 
@@ -23,6 +24,13 @@ void Model::load_in_background(std::string what, const std::filesystem::path& fi
                         if (is_newest()) (this->*take)(std::move(*opened));
                     };
                 });
+}
+
+void Model::take_file(const std::filesystem::path& file) {
+    if (file.extension() == ".json" || is_mesh_file(file))
+        open(file);
+    else
+        play_file(request.source, file);
 }
 
 void Model::open(const std::filesystem::path& file) {
@@ -52,6 +60,22 @@ void Model::show_opened() {
     read_controls();
     restart_sources();
     log_.say("playing " + scene_file().filename().string());
+    say_warnings();
+}
+
+/// Shows the warnings of the scene's file, such as what was guessed of a model, in one message.
+void Model::say_warnings() {
+    constexpr std::size_t kMaxLines = 8;
+    const std::vector<std::string>& warnings = scene_.read().warnings;
+    if (warnings.empty()) return;
+    std::string text;
+    const std::string prefix = scene_file().string() + ": ";
+    for (std::size_t i = 0; i < std::min(kMaxLines, warnings.size()); ++i)
+        text += (i > 0 ? "\n" : "") +
+                (warnings[i].starts_with(prefix) ? warnings[i].substr(prefix.size()) : warnings[i]);
+    if (warnings.size() > kMaxLines)
+        text += formatted("\nand %zu more", warnings.size() - kMaxLines);
+    log_.say(text);
 }
 
 void Model::open_next(int step_count) {

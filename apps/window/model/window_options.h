@@ -18,6 +18,7 @@ struct WindowOptions {
     SessionOptions session;
     std::function<LoadedScene(const std::filesystem::path&)> load;
     std::function<void(Scene&)> change;               ///< applies command-line options
+    std::function<void(const std::string&)> warn;     ///< prints a warning in the terminal
     bool rays_given = false;                          ///< on the command line
     std::vector<std::filesystem::path> scenes;        ///< of page up and page down
     std::optional<std::filesystem::path> screenshot;  ///< output PNG file

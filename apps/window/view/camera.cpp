@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-#include <numbers>
+#include <limits>
 
 namespace aula {
 
@@ -23,14 +24,31 @@ Vec3 direction_of(float yaw_rad, float pitch_rad) {
 
 }  // namespace
 
-Camera Camera::around(const Vec3& low, const Vec3& high) {
-    Camera camera;
-    camera.target = (low + high) * 0.5F;
-    camera.distance_m = std::max(1.0F, 1.12F * glm::distance(low, high));
-    // From a corner along the longer side.
-    const Vec3 size = high - low;
-    camera.yaw_rad = size.x > size.y ? -2.0F : -2.6F;
-    return camera;
+void Camera::show(std::span<const Vec3> points, float width, float height) {
+    constexpr float kFilled = 0.9F;  // of the image; names of sources stand beside the room
+    constexpr float kNearest_m = 0.3F;
+    if (points.empty() || !(width > 0 && height > 0)) return;
+    const Vec3 away = direction_of(yaw_rad, pitch_rad);
+    const Vec3 right = glm::normalize(glm::cross(Vec3(0, 0, 1), away));
+    const Vec3 up = glm::cross(away, right);
+    const float half_height = kFilled * std::tan(kHeight_rad / 2);
+    const float half_width = half_height * width / height;
+    // A point is in the image if its distance across the line of sight is at most half_width times
+    // that along it. Both sides together are tightest for the greatest sums below.
+    Vec3 high(-std::numeric_limits<float>::infinity());  // right, up, away
+    Vec3 low = high;
+    for (const Vec3& point : points) {
+        const float along = glm::dot(point, away);
+        const float x = glm::dot(point, right) / half_width;
+        const float y = glm::dot(point, up) / half_height;
+        high = glm::max(high, Vec3(x + along, y + along, along));
+        low = glm::max(low, Vec3(along - x, along - y, -along));
+    }
+    const float middle = 0.5F * (high.z - low.z);
+    target = 0.5F * half_width * (high.x - low.x) * right +
+             0.5F * half_height * (high.y - low.y) * up + middle * away;
+    distance_m =
+        std::max({kNearest_m, 0.5F * (high.x + low.x) - middle, 0.5F * (high.y + low.y) - middle});
 }
 
 void Camera::turn(float yaw_step_rad, float pitch_step_rad) {
@@ -64,6 +82,13 @@ glm::mat4 Camera::view(const Pose& listener) const {
 glm::mat4 Camera::projection(float aspect) const {
     return glm::perspective(first_person ? kFirstPersonHeight_rad : kHeight_rad, aspect, kNear_m,
                             kFar_m);
+}
+
+std::optional<Vec3> on_level(const Ray& ray, float z) {
+    if (std::abs(ray.direction.z) < 0.02F) return std::nullopt;
+    const float distance = (z - ray.origin.z) / ray.direction.z;
+    if (distance <= 0) return std::nullopt;
+    return ray.origin + distance * ray.direction;
 }
 
 Screen::Screen(const Camera& camera, const Pose& listener, glm::vec2 corner, glm::vec2 size)

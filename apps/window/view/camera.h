@@ -4,6 +4,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 
 #include "aula/engine/scene.h"
 #include "engine/rays/ray_scene.h"
@@ -18,8 +19,9 @@ struct Camera {
     float pitch_rad = 0.8F;  ///< elevation of the eye from the target
     float distance_m = 10;
 
-    /// A camera that shows the whole box from `low` to `high`.
-    static Camera around(const Vec3& low, const Vec3& high);
+    /// Changes target and distance so that the points fill an image of the given width and height,
+    /// seen in the present direction. Without points it does nothing.
+    void show(std::span<const Vec3> points, float width, float height);
 
     void turn(float yaw_step_rad, float pitch_step_rad);
     void zoom(float factor);
@@ -30,6 +32,9 @@ struct Camera {
     glm::mat4 view(const Pose& listener) const;
     glm::mat4 projection(float aspect) const;
 };
+
+/// Intersection of a ray with a horizontal plane; empty for nearly horizontal rays.
+std::optional<Vec3> on_level(const Ray& ray, float z);
 
 /// The projection of a camera to a screen rectangle: corner and size in pixels, y down.
 class Screen {

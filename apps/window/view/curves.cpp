@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/session/offline/acoustic_parameters.h"
+
 namespace aula {
 
 namespace {
@@ -31,6 +33,11 @@ EnergyCurve energy_curve(const EnergyResponse& response, std::size_t band, doubl
         curve.arrivals.push_back(
             {response.arrival_s(path), energy_db(band_energy(path.energy, band)), path.order});
     return curve;
+}
+
+PairParameters view_parameters(const FrameView& view, const SpeechConditions& speech) {
+    const Vec3& source = view.sources[view.source];
+    return acoustic_parameters(view.response, {lateral_axis(view.listener, source), speech});
 }
 
 std::vector<float> decay_curve_db(const EnergyResponse& response, std::size_t band, double step_s) {

@@ -4,8 +4,10 @@
 #include <optional>
 #include <vector>
 
+#include "apps/session/frames/frame_view.h"
 #include "aula/engine/energy_response.h"
 #include "aula/engine/room_acoustics.h"
+#include "aula/measurement.h"
 
 namespace aula {
 
@@ -35,6 +37,9 @@ struct EnergyCurve {
     std::vector<DiscreteArrival> arrivals;
 };
 EnergyCurve energy_curve(const EnergyResponse& response, std::size_t band, double step_s);
+
+/// The parameters of a view's response, as of a measured one.
+PairParameters view_parameters(const FrameView& view, const SpeechConditions& speech);
 
 /// Schroeder's backward integral in dB relative to the total energy: [step].
 std::vector<float> decay_curve_db(const EnergyResponse& response, std::size_t band, double step_s);

@@ -7,8 +7,8 @@ namespace aula {
 
 namespace {
 
-constexpr float kPlot_em = 14;
-constexpr float kTable_em = 21;
+constexpr float kPlot_em = 11;
+constexpr float kTable_em = 27;
 constexpr float kTableShare = 0.28F;
 
 float min_width(Pane pane, float em) {
@@ -32,20 +32,23 @@ Layout window_layout(float width, float height, float em, float meters_height) {
             .meters = {left, bar + below - meters, side, meters}};
 }
 
-std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
-    float needed = -gap;
-    for (const Pane pane : kPanes) needed += min_width(pane, em) + gap;
-    const bool all = needed <= width;
-    const std::size_t begin = all ? 0 : static_cast<std::size_t>(first);
+PaneOrder with_first(Pane first, PaneOrder order) {
+    const auto at = std::find(order.begin(), order.end(), first);
+    std::rotate(order.begin(), at, at + 1);
+    return order;
+}
+
+std::vector<PaneBox> panes_in(float width, float em, float gap, const PaneOrder& order) {
     std::vector<PaneBox> shown;
     float used = -gap;
-    for (std::size_t i = 0; i < kPanes.size(); ++i) {
-        const Pane pane = kPanes[(begin + i) % kPanes.size()];
+    for (const Pane pane : order) {
         const float min = min_width(pane, em);
-        if (i > 0 && used + gap + min > width) break;
+        if (!shown.empty() && used + gap + min > width) break;
         shown.push_back({pane, min});
         used += gap + min;
     }
+    std::sort(shown.begin(), shown.end(),
+              [](const PaneBox& a, const PaneBox& b) { return a.pane < b.pane; });
     // In a wide strip the table takes a fixed share. The plots share the remaining width.
     float left = width - used;
     for (PaneBox& box : shown) {
@@ -63,8 +66,8 @@ std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first) {
 }
 
 float text_scale(float width, float height, float display_scale, float zoom) {
-    constexpr float kWidth = 1280;
-    constexpr float kHeight = 800;
+    constexpr float kWidth = 1600;
+    constexpr float kHeight = 1000;
     constexpr float kStep = 20;  // fonts are rebuilt at each step
     const float of_window = std::min(width / kWidth, height / kHeight);
     const float scale = zoom * std::max({1.0F, display_scale, of_window});

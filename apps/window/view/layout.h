@@ -35,17 +35,25 @@ enum class Pane { response, energy, decay, parameters, walk };
 inline constexpr std::array<Pane, 5> kPanes{Pane::response, Pane::energy, Pane::decay,
                                             Pane::parameters, Pane::walk};
 
+/// All panes, those to show first if not all fit.
+using PaneOrder = std::array<Pane, kPanes.size()>;
+inline constexpr PaneOrder kPaneOrder{Pane::parameters, Pane::decay, Pane::response, Pane::energy,
+                                      Pane::walk};
+
+/// The order in which a pane is the first, and the others follow as before.
+PaneOrder with_first(Pane first, PaneOrder order);
+
 struct PaneBox {
     Pane pane;
     float width;
 };
 
-/// The panes shown side by side in the strip: all if they fit; otherwise as many as fit, from
-/// `first` on and at least one.
-std::vector<PaneBox> panes_in(float width, float em, float gap, Pane first);
+/// The panes shown side by side in the strip, from left to right as in kPanes: the first ones of
+/// the order, as many as fit and at least one.
+std::vector<PaneBox> panes_in(float width, float em, float gap, const PaneOrder& order);
 
-/// Text size relative to that of a window of 1280 x 800: the larger of the window's relative size
-/// and the display's content scale, at least 1, times the user's factor `zoom`.
+/// Text size relative to that of a window of 1600 x 1000 or smaller: the larger of the window's
+/// relative size and the display's content scale, at least 1, times the user's factor `zoom`.
 float text_scale(float width, float height, float display_scale, float zoom);
 
 }  // namespace aula

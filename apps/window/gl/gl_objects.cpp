@@ -1,4 +1,4 @@
-#include "apps/window/gl_objects.h"
+#include "apps/window/gl/gl_objects.h"
 
 #include <array>
 #include <string>

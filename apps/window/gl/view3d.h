@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "apps/window/colours.h"
-#include "apps/window/gl_objects.h"
+#include "apps/window/gl/colours.h"
+#include "apps/window/gl/gl_objects.h"
 #include "apps/window/view/map_cells.h"
 #include "apps/window/view/patch_field.h"
 #include "aula/engine/frame.h"
@@ -21,6 +21,8 @@ struct RoomStyle {
     bool edges = true;
     bool cut_away = true;       ///< omits sides that face away from the sound field
     float overlay_opacity = 0;  ///< of the patches' energies, 0..1
+    bool first_person = false;  ///< darkens far walls and strengthens edges
+    float stripe_pixels = 16;   ///< distance of the stripes over the selected surface
 };
 
 /// Draws the room, the energies of its patches and lines, with OpenGL.
@@ -40,7 +42,7 @@ class View3d {
     /// Uploads the energies of the patches.
     void set_patches(const PatchField& field);
 
-    /// Highlights triangles.
+    /// Marks triangles by stripes and an outline, between which their colours are seen.
     void set_picked(const RayScene& rays, std::span<const std::uint32_t> triangles);
 
     /// The map to draw in the room; null: none.
@@ -65,12 +67,14 @@ class View3d {
     GlProgram room_program_;
     GlProgram edge_program_;
     GlProgram line_program_;
-    GlVertices room_{3, 3, 3, 1};
+    GlProgram pick_program_;
+    GlVertices room_{3, 3, 3, 2};
     GlVertices edges_{3, 3, 3, 2};
     GlVertices lines_{3, 4};
     GlVertices picked_{3, 4};
+    GlVertices picked_outline_{3, 4};
     GlVertices map_{3, 4};
-    std::vector<Colour> colours_;      ///< [triangle]
+    std::vector<MaterialLook> looks_;  ///< [triangle]
     std::vector<std::uint8_t> sides_;  ///< [triangle]
     std::vector<float> scratch_;
     std::vector<float> line_data_;

@@ -1,114 +1,21 @@
-#include "apps/window/view3d.h"
+#include "apps/window/gl/view3d.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <initializer_list>
+#include <map>
 #include <numbers>
 #include <unordered_map>
 #include <utility>
 
+#include "apps/window/gl/room_shaders.h"
+
 namespace aula {
 
 namespace {
-
-constexpr const char* kRoomVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 colour;
-layout(location = 3) in float sides;
-uniform mat4 matrix;
-out vec3 p;
-flat out vec3 n;
-flat out vec3 c;
-flat out int s;
-void main() {
-    p = position;
-    n = normal;
-    c = colour;
-    s = int(sides + 0.5);
-    gl_Position = matrix * vec4(position, 1.0);
-}
-)";
-
-// Light comes from the eye and slightly from above. The energy of a patch is looked up by position
-// and by the facing direction of the visible side.
-constexpr const char* kRoomFragment = R"(#version 330 core
-in vec3 p;
-flat in vec3 n;
-flat in vec3 c;
-flat in int s;
-uniform vec3 eye;
-uniform bool cut_away;
-uniform float overlay;
-uniform sampler3D field;
-uniform sampler2D palette;
-uniform vec3 origin;
-uniform float cell;
-uniform vec3 size;
-out vec4 shown;
-void main() {
-    vec3 to_eye = normalize(eye - p);
-    bool front = dot(n, to_eye) > 0.0;
-    if (cut_away && (s & (front ? 1 : 2)) == 0) discard;
-    vec3 f = front ? n : -n;
-    float light = 0.50 + 0.28 * dot(f, to_eye) + 0.10 * f.z + 0.07 * f.x + 0.03 * f.y;
-    vec3 lit = c * light;
-    if (overlay > 0.0) {
-        vec3 a = abs(f);
-        float d = a.x >= a.y && a.x >= a.z ? (f.x > 0.0 ? 0.0 : 1.0)
-                : a.y >= a.z ? (f.y > 0.0 ? 2.0 : 3.0) : (f.z > 0.0 ? 4.0 : 5.0);
-        vec3 q = (p + 0.002 * f - origin) / cell;
-        q.z = clamp(q.z, 0.5, size.z - 0.5) + d * size.z;
-        vec2 t = texture(field, q / vec3(size.xy, 6.0 * size.z)).rg;
-        float level = t.g > 0.02 ? t.r / t.g : 0.0;
-        vec3 glow = texture(palette, vec2(level, 0.5)).rgb * (0.75 + 0.25 * light);
-        lit = mix(lit, mix(lit * 0.35, glow, 0.85), overlay);
-    }
-    shown = vec4(lit, 1.0);
-}
-)";
-
-constexpr const char* kEdgeVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal1;
-layout(location = 2) in vec3 normal2;
-layout(location = 3) in vec2 sides;
-uniform mat4 matrix;
-uniform vec3 eye;
-uniform bool cut_away;
-uniform float strength;
-uniform vec3 tint;
-out vec4 c;
-bool seen(vec3 n, float s) {
-    return (int(s + 0.5) & (dot(n, eye - position) > 0.0 ? 1 : 2)) != 0;
-}
-void main() {
-    bool visible = !cut_away || seen(normal1, sides.x) || seen(normal2, sides.y);
-    c = visible ? vec4(tint, strength) : vec4(0.62, 0.68, 0.76, 0.3 * strength);
-    gl_Position = matrix * vec4(position, 1.0);
-    gl_Position.z -= 0.0004 * gl_Position.w;
-}
-)";
-
-constexpr const char* kLineVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 colour;
-uniform mat4 matrix;
-out vec4 c;
-void main() {
-    c = colour;
-    gl_Position = matrix * vec4(position, 1.0);
-    gl_Position.z -= 0.0008 * gl_Position.w;
-}
-)";
-
-constexpr const char* kLineFragment = R"(#version 330 core
-in vec4 c;
-out vec4 shown;
-void main() { shown = c; }
-)";
 
 void append(std::vector<float>& data, const Vec3& v) { data.insert(data.end(), {v.x, v.y, v.z}); }
 
@@ -135,7 +42,8 @@ struct EdgeHash {
 View3d::View3d()
     : room_program_(kRoomVertex, kRoomFragment),
       edge_program_(kEdgeVertex, kLineFragment),
-      line_program_(kLineVertex, kLineFragment) {
+      line_program_(kLineVertex, kLineFragment),
+      pick_program_(kLineVertex, kPickFragment) {
     glGenTextures(1, &field_texture_);
     glGenTextures(1, &palette_texture_);
     constexpr int kSteps = 256;
@@ -161,8 +69,9 @@ void View3d::make_vertices(const RayScene& rays) {
         for (const Vec3& v : triangle.vertices) {
             append(scratch_, v);
             append(scratch_, triangle.normal);
-            append(scratch_, colours_[t]);
+            append(scratch_, looks_[t].colour);
             scratch_.push_back(static_cast<float>(sides_[t]));
+            scratch_.push_back(static_cast<float>(looks_[t].pattern));
         }
     }
     room_.set(scratch_);
@@ -212,13 +121,16 @@ void View3d::make_edges(const RayScene& rays) {
 void View3d::set_room(const Scene& scene, const RayScene& rays,
                       std::span<const std::uint8_t> sides) {
     sides_.assign(sides.begin(), sides.end());
-    colours_.clear();
+    std::vector<MaterialLook> looks;
+    for (const Material& material : scene.materials) looks.push_back(material_look(material.name));
+    looks_.clear();
     for (const Object& object : scene.objects)
         for (const std::uint32_t material : object.triangle_materials)
-            colours_.push_back(material_colour(scene.materials[material]));
+            looks_.push_back(looks[material]);
     make_vertices(rays);
     make_edges(rays);
     picked_.set({});
+    picked_outline_.set({});
 }
 
 void View3d::move_room(const RayScene& rays) {
@@ -252,14 +164,36 @@ void View3d::set_patches(const PatchField& field) {
 }
 
 void View3d::set_picked(const RayScene& rays, std::span<const std::uint32_t> triangles) {
+    const Colour colour{0.25F, 0.75F, 1.0F};
     scratch_.clear();
+    const auto add = [&](const Vec3& at) {
+        append(scratch_, at);
+        append(scratch_, colour);
+        scratch_.push_back(1);
+    };
+    // The outline: sides that one triangle has.
+    std::map<std::pair<RoundedPosition, RoundedPosition>, std::pair<std::array<Vec3, 2>, int>>
+        sides;
     for (const std::uint32_t t : triangles) {
-        for (const Vec3& v : rays.triangle(t).vertices) {
-            append(scratch_, v);
-            scratch_.insert(scratch_.end(), {0.25F, 0.75F, 1.0F, 0.40F});
+        const auto& vertices = rays.triangle(t).vertices;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const Vec3& a = vertices[i];
+            const Vec3& b = vertices[(i + 1) % 3];
+            const std::pair<RoundedPosition, RoundedPosition> ends =
+                std::minmax({RoundedPosition(a), RoundedPosition(b)});
+            auto& [line, count] = sides[ends];
+            line = {a, b};
+            ++count;
+            add(a);
         }
     }
     picked_.set(scratch_);
+    scratch_.clear();
+    for (const auto& [ends, side] : sides) {
+        if (side.second > 1) continue;
+        for (const Vec3& end : side.first) add(end);
+    }
+    picked_outline_.set(scratch_);
 }
 
 void View3d::set_map(const MapCells* map) {
@@ -330,6 +264,7 @@ void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& sty
         glUniformMatrix4fv(room_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
         glUniform3fv(room_program_.uniform("eye"), 1, glm::value_ptr(eye));
         glUniform1i(room_program_.uniform("cut_away"), style.cut_away ? 1 : 0);
+        glUniform1f(room_program_.uniform("dimming"), style.first_person ? 0.35F : 0.0F);
         glUniform1f(room_program_.uniform("overlay"), has_field_ ? style.overlay_opacity : 0.0F);
         glUniform3fv(room_program_.uniform("origin"), 1, glm::value_ptr(field_origin_));
         glUniform1f(room_program_.uniform("cell"), field_cell_m_);
@@ -355,15 +290,21 @@ void View3d::draw(const glm::mat4& matrix, const Vec3& eye, const RoomStyle& sty
         glUniformMatrix4fv(edge_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
         glUniform3fv(edge_program_.uniform("eye"), 1, glm::value_ptr(eye));
         glUniform1i(edge_program_.uniform("cut_away"), style.cut_away ? 1 : 0);
-        glUniform1f(edge_program_.uniform("strength"), style.solid ? 0.55F : 0.7F);
+        glUniform1f(edge_program_.uniform("strength"), style.first_person ? 0.9F
+                                                       : style.solid      ? 0.55F
+                                                                          : 0.7F);
         const Vec3 tint = style.solid && style.overlay_opacity < 0.5F ? Vec3(0.10F, 0.11F, 0.13F)
                                                                       : Vec3(0.62F, 0.68F, 0.76F);
         glUniform3fv(edge_program_.uniform("tint"), 1, glm::value_ptr(tint));
         edges_.draw(GL_LINES);
     }
+    pick_program_.use();
+    glUniformMatrix4fv(pick_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
+    glUniform1f(pick_program_.uniform("period"), style.stripe_pixels);
+    picked_.draw(GL_TRIANGLES);
     line_program_.use();
     glUniformMatrix4fv(line_program_.uniform("matrix"), 1, GL_FALSE, glm::value_ptr(matrix));
-    picked_.draw(GL_TRIANGLES);
+    picked_outline_.draw(GL_LINES);
     lines_.set(line_data_, GL_STREAM_DRAW);
     lines_.draw(GL_LINES);
     line_data_.clear();
