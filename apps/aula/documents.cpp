@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "apps/aula/commands.h"
@@ -139,6 +140,18 @@ RoomGeometry geometry_of(const Measurement& measurement, const RayScene& rays) {
     return measure_room(rays, inside, measurement.simulation.seed);
 }
 
+/// The measured values that a report compares with; prints warnings.
+std::vector<MeasuredResponse> measured_responses(const Arguments& arguments) {
+    std::vector<MeasuredResponse> all;
+    for (const fs::path& file : arguments.measured) {
+        std::vector<std::string> warnings;
+        for (MeasuredResponse& response : read_measured(file, warnings))
+            all.push_back(std::move(response));
+        warn(warnings, arguments.quiet);
+    }
+    return all;
+}
+
 }  // namespace
 
 int map_room(const Arguments& arguments) {
@@ -165,6 +178,7 @@ int map_room(const Arguments& arguments) {
 
 int report_room(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
+    const std::vector<MeasuredResponse> measured = measured_responses(arguments);
     OutputFile file(arguments.html);
     std::vector<std::string> names;
     std::vector<Pose> receivers;
@@ -195,7 +209,8 @@ int report_room(const Arguments& arguments) {
                             .frames_given = arguments.frames.has_value(),
                             .room = geometry_of(*measurement, rays),
                             .plan = floor_plan(rays, height_m),
-                            .plan_height_m = height_m}));
+                            .plan_height_m = height_m,
+                            .measured = measured}));
     file.commit();
     return 0;
 }

@@ -66,6 +66,7 @@ std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) 
         if (source.signal == Source::Signal::file) files.push_back(source.signal_file);
         if (!source.directivity_file.empty()) files.push_back(source.directivity_file);
     }
+    files.insert(files.end(), arguments.measured.begin(), arguments.measured.end());
     if (!arguments.session.hrtf.empty()) files.push_back(arguments.session.hrtf);
     return files;
 }

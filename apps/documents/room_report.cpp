@@ -5,6 +5,7 @@
 
 #include "apps/documents/parameter_text.h"
 #include "apps/documents/report_plots.h"
+#include "apps/documents/report_sections.h"
 #include "apps/documents/svg_plot.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/edit/scene_state.h"
@@ -53,27 +54,21 @@ std::string value_cell(const MeasuredValue& value, int decimals) {
     return cell + "</td>";
 }
 
-std::string row(const std::string& cells) { return "<tr>" + cells + "</tr>\n"; }
-
-std::string header_cell(const std::string& text) { return "<th>" + html_text(text) + "</th>"; }
-
-std::string cell(const std::string& text) { return "<td>" + html_text(text) + "</td>"; }
-
 /// A row of a name and a text.
 std::string text_row(const std::string& name, const std::string& text) {
-    return row(cell(name) + cell(text));
+    return html_row(html_cell(name) + html_cell(text));
 }
 
 std::string band_headers() {
     std::string cells;
-    for (std::size_t band = 0; band < kBandCount; ++band) cells += header_cell(band_name(band));
+    for (std::size_t band = 0; band < kBandCount; ++band) cells += html_header(band_name(band));
     return cells;
 }
 
 std::string band_cells(const Bands& bands, int decimals) {
     std::string cells;
     for (const float value : bands.value)
-        cells += cell(fixed_text(static_cast<double>(value), decimals));
+        cells += html_cell(fixed_text(static_cast<double>(value), decimals));
     return cells;
 }
 
@@ -89,19 +84,19 @@ std::string coordinates(const Vec3& p) {
 std::string summary(const RoomReport& report) {
     const Measurement& m = report.measurement;
     std::string html = "<h2>Single numbers</h2>\n<table class=\"wide\">\n";
-    std::string header = header_cell("source") + header_cell("receiver");
+    std::string header = html_header("source") + html_header("receiver");
     for (std::size_t p = 0; p < kDescribedParameterCount; ++p) {
         const ParameterText text = parameter_text(p);
         header += "<th>" + text.symbol + "<small>" + text.unit + "</small></th>";
     }
-    html += row(header);
+    html += html_row(header);
     for (std::size_t s = 0; s < m.sources.size(); ++s)
         for (std::size_t r = 0; r < m.receivers.size(); ++r) {
-            std::string cells = cell(m.sources[s].name) + cell(report.receivers[r]);
+            std::string cells = html_cell(m.sources[s].name) + html_cell(report.receivers[r]);
             for (std::size_t p = 0; p < kDescribedParameterCount; ++p)
                 cells += value_cell(single_number(m.parameters[m.pair(s, r)], p),
                                     parameter_text(p).decimals);
-            html += row(cells);
+            html += html_row(cells);
         }
     return html +
            "</table>\n<p>ISO 3382-1, annex A: means of 500 and 1000 Hz; of 125 to 1000 Hz for J_LF "
@@ -126,13 +121,15 @@ std::string positions(const RoomReport& report) {
     std::string rows;
     for (const Source& source : m.sources) {
         points.push_back({glm::vec2(source.position_at(0)), source.name, true});
-        rows += row(cell("source") + cell(source.name) + cell(coordinates(source.position_at(0))) +
-                    cell(directivity_name(source)));
+        rows += html_row(html_cell("source") + html_cell(source.name) +
+                         html_cell(coordinates(source.position_at(0))) +
+                         html_cell(directivity_name(source)));
     }
     for (std::size_t r = 0; r < m.receivers.size(); ++r) {
         points.push_back({glm::vec2(m.receivers[r].position), report.receivers[r], false});
-        rows += row(cell("receiver " + std::to_string(r)) + cell(report.receivers[r]) +
-                    cell(coordinates(m.receivers[r].position)) + cell(""));
+        rows +=
+            html_row(html_cell("receiver " + std::to_string(r)) + html_cell(report.receivers[r]) +
+                     html_cell(coordinates(m.receivers[r].position)) + html_cell(""));
     }
     return "<h2>Sources and receivers</h2>\n<figure>\n" + plan_svg(report.plan, points) +
            formatted(
@@ -140,8 +137,8 @@ std::string positions(const RoomReport& report) {
                "receivers.</figcaption>\n</figure>\n",
                double{report.plan_height_m}) +
            "<table class=\"text\">\n" +
-           row(header_cell("") + header_cell("name") + header_cell("x, y, z in m") +
-               header_cell("directivity")) +
+           html_row(html_header("") + html_header("name") + html_header("x, y, z in m") +
+                    html_header("directivity")) +
            rows + "</table>\n";
 }
 
@@ -153,8 +150,8 @@ std::string conditions(const RoomReport& report) {
     const Medium& medium = report.scene.medium;
     std::string html = "<h2>Conditions</h2>\n<table class=\"text\">\n";
     html += text_row("program", report.program);
-    html +=
-        row("<td>scene (SHA-256)</td><td class=\"hash\">" + html_text(report.scene_hash) + "</td>");
+    html += html_row("<td>scene (SHA-256)</td><td class=\"hash\">" + html_text(report.scene_hash) +
+                     "</td>");
     html += text_row("estimator", estimator_name(simulation.estimator));
     html += text_row("rays per source and frame", std::to_string(simulation.rays));
     html += text_row("frames", std::to_string(m.frames));
@@ -179,32 +176,35 @@ std::string conditions(const RoomReport& report) {
     html += text_row("surface that sound reaches", formatted("%.1f m²", report.room.surface_m2));
     if (report.room.volume_m3)
         html += text_row("mean free path", formatted("%.2f m", report.room.field.mean_free_path_m));
-    html += "</table>\n<table>\n" + row(header_cell("octave in Hz") + band_headers());
-    html += row(cell("speech at 1 m in dB") + band_cells(report.scene.speech.speech_db, 1));
+    html += "</table>\n<table>\n" + html_row(html_header("octave in Hz") + band_headers());
+    html +=
+        html_row(html_cell("speech at 1 m in dB") + band_cells(report.scene.speech.speech_db, 1));
     html += report.scene.speech.noise_db
-                ? row(cell("noise at the receivers in dB") +
-                      band_cells(*report.scene.speech.noise_db, 1))
-                : row("<td>noise at the receivers</td><td colspan=\"8\">none</td>");
+                ? html_row(html_cell("noise at the receivers in dB") +
+                           band_cells(*report.scene.speech.noise_db, 1))
+                : html_row("<td>noise at the receivers</td><td colspan=\"8\">none</td>");
     return html + "</table>\n";
 }
 
 std::string materials(const RoomReport& report) {
-    std::string html =
-        "<h2>Materials</h2>\n<table>\n" + row(header_cell("material") + header_cell("area in m²") +
-                                              header_cell("coefficient") + band_headers());
+    std::string html = "<h2>Materials</h2>\n<table>\n" +
+                       html_row(html_header("material") + html_header("area in m²") +
+                                html_header("coefficient") + band_headers());
     for (std::size_t i = 0; i < report.scene.materials.size(); ++i) {
         const Material& material = report.scene.materials[i];
         const double area_m2 = i < report.room.area_m2.size() ? report.room.area_m2[i] : 0;
-        html += row(cell(material.name) + cell(fixed_text(area_m2, 1)) + cell("absorption") +
-                    band_cells(material.absorption, 2));
-        html += row(cell("") + cell("") + cell("scattering") + band_cells(material.scattering, 2));
+        html += html_row(html_cell(material.name) + html_cell(fixed_text(area_m2, 1)) +
+                         html_cell("absorption") + band_cells(material.absorption, 2));
+        html += html_row(html_cell("") + html_cell("") + html_cell("scattering") +
+                         band_cells(material.scattering, 2));
         if (material.sound_reduction_db)
-            html += row(cell("") + cell("") + cell("sound reduction in dB") +
-                        band_cells(*material.sound_reduction_db, 1));
+            html += html_row(html_cell("") + html_cell("") + html_cell("sound reduction in dB") +
+                             band_cells(*material.sound_reduction_db, 1));
     }
     if (report.room.volume_m3)
-        html += row(cell("mean of the room") + cell(fixed_text(report.room.surface_m2, 1)) +
-                    cell("absorption") + band_cells(report.room.field.mean_absorption, 2));
+        html += html_row(
+            html_cell("mean of the room") + html_cell(fixed_text(report.room.surface_m2, 1)) +
+            html_cell("absorption") + band_cells(report.room.field.mean_absorption, 2));
     return html + "</table>\n<p>Areas are of the surfaces that sound reaches.</p>\n";
 }
 
@@ -216,15 +216,15 @@ std::string pair_section(const RoomReport& report, std::size_t s, std::size_t r)
         "<h3>" + html_text(m.sources[s].name) + " at " + html_text(report.receivers[r]) + "</h3>\n";
     if (!m.audible[pair]) return html + "<p>The source is not audible at this receiver.</p>\n";
     html += "<table>\n" +
-            row(header_cell("octave in Hz") + band_headers() + header_cell("single number"));
+            html_row(html_header("octave in Hz") + band_headers() + html_header("single number"));
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
         const ParameterText text = parameter_text(p);
-        std::string cells = cell(symbol_with_unit(text));
+        std::string cells = html_cell(symbol_with_unit(text));
         for (const MeasuredValue& value : m.parameters[pair].octaves[p])
             cells += value_cell(value, text.decimals);
-        html += row(cells + value_cell(m.parameters[pair].broadband[p], text.decimals));
+        html += html_row(cells + value_cell(m.parameters[pair].broadband[p], text.decimals));
     }
-    html += row("<td>STI</td><td colspan=\"8\"></td>" + value_cell(m.parameters[pair].sti, 2));
+    html += html_row("<td>STI</td><td colspan=\"8\"></td>" + value_cell(m.parameters[pair].sti, 2));
     return "<section>\n" + html + "</table>\n<div class=\"plots\">\n<figure>\n" +
            decay_svg(m.responses[pair]) +
            "<figcaption>Decay curves (backward integration)</figcaption>\n</figure>\n<figure>\n" +
@@ -251,6 +251,7 @@ std::string report_html(const RoomReport& report) {
             html += "<li>" + html_text(warning) + "</li>\n";
         html += "</ul>\n";
     }
+    html += speech_section(report) + measured_section(report);
     html += conditions(report) + materials(report) + "<h2>Octaves</h2>\n";
     for (std::size_t s = 0; s < m.sources.size(); ++s)
         for (std::size_t r = 0; r < m.receivers.size(); ++r) html += pair_section(report, s, r);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "apps/documents/floor_plan.h"
+#include "apps/session/offline/measured_values.h"
 #include "aula/measurement.h"
 #include "engine/rays/room_survey.h"
 
@@ -20,7 +21,8 @@ struct RoomReport {
     bool frames_given = false;           ///< so that standard errors are unknown
     const RoomGeometry& room;
     const FloorPlan& plan;
-    float plan_height_m = 0;  ///< z of the plan
+    float plan_height_m = 0;                   ///< z of the plan
+    std::vector<MeasuredResponse> measured{};  ///< to compare with the simulation
 };
 
 /// The report as one HTML file with inline SVG, without scripts or other files: single numbers of

@@ -60,6 +60,23 @@ std::string svg_element(const glm::dvec2& size, const std::string& content) {
            content + "</svg>\n";
 }
 
+/// A mark of an axis.
+struct Mark {
+    double at = 0;
+    std::string name;
+};
+
+/// The marks of an axis, at most `most` round numbers.
+std::vector<Mark> marks_of(const PlotAxis& axis, int most) {
+    std::vector<Mark> marks;
+    for (std::size_t i = 0; i < axis.names.size(); ++i)
+        marks.push_back({static_cast<double>(i), axis.names[i]});
+    if (!marks.empty()) return marks;
+    const std::vector<double> numbers = round_numbers(axis.min, axis.max, most);
+    for (const double at : numbers) marks.push_back({at, fixed_text(at, decimals_of(numbers))});
+    return marks;
+}
+
 }  // namespace
 
 std::string html_text(const std::string& text) {
@@ -99,6 +116,12 @@ std::string html_text(const std::string& text) {
     return html;
 }
 
+std::string html_row(const std::string& cells) { return "<tr>" + cells + "</tr>\n"; }
+
+std::string html_cell(const std::string& text) { return "<td>" + html_text(text) + "</td>"; }
+
+std::string html_header(const std::string& text) { return "<th>" + html_text(text) + "</th>"; }
+
 SvgPlot::SvgPlot(const PlotAxis& x, const PlotAxis& y) : x_(x), y_(y) {}
 
 glm::dvec2 SvgPlot::pixel(const glm::dvec2& value) const {
@@ -135,18 +158,15 @@ void SvgPlot::stem(const glm::dvec2& point, const std::string& colour, const std
 std::string SvgPlot::svg() const {
     constexpr const char* kGrid = "#dddddd";
     std::string axes;
-    const std::vector<double> along_x = round_numbers(x_.min, x_.max, 6);
-    for (const double at : along_x) {
+    for (const auto& [at, name] : marks_of(x_, 6)) {
         const double x = pixel({at, y_.min}).x;
         axes += line_element({x, kCorner.y}, {x, kCorner.y + kArea.y}, kGrid, 1) +
-                text_element({x, kCorner.y + kArea.y + 15}, "middle",
-                             fixed_text(at, decimals_of(along_x)));
+                text_element({x, kCorner.y + kArea.y + 15}, "middle", name);
     }
-    const std::vector<double> along_y = round_numbers(y_.min, y_.max, 7);
-    for (const double at : along_y) {
+    for (const auto& [at, name] : marks_of(y_, 7)) {
         const double y = pixel({x_.min, at}).y;
         axes += line_element({kCorner.x, y}, {kCorner.x + kArea.x, y}, kGrid, 1) +
-                text_element({kCorner.x - 6, y + 4}, "end", fixed_text(at, decimals_of(along_y)));
+                text_element({kCorner.x - 6, y + 4}, "end", name);
     }
     axes += text_element(kCorner + glm::dvec2(kArea.x / 2, kArea.y + 34), "middle", x_.label);
     axes += formatted(

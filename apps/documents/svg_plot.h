@@ -12,11 +12,19 @@ namespace aula {
 /// and bytes that are not UTF-8 by U+FFFD.
 std::string html_text(const std::string& text);
 
+/// A row of a table of HTML, of cells.
+std::string html_row(const std::string& cells);
+
+/// A cell with a text, which is escaped; the same for the head of a column.
+std::string html_cell(const std::string& text);
+std::string html_header(const std::string& text);
+
 /// An axis of a plot, from `min` to `max` > `min`.
 struct PlotAxis {
     std::string label;
     double min = 0;
     double max = 1;
+    std::vector<std::string> names{};  ///< of the marks at 0, 1, ..; empty: round numbers
 };
 
 /// A diagram with two linear axes, as an SVG element. Values outside of the axes are cut off.

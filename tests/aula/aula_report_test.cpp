@@ -92,6 +92,52 @@ TEST_CASE("A report without a number of frames has the standard errors of its va
     CHECK(open_tags(html) == "");
 }
 
+TEST_CASE("A report compares measured values, and has the speech of each pair") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string csv = folder.write("m.csv",
+                                         "response,parameter,500,1000,mean\nseat,T30,0.5,0.4,"
+                                         "\nother,T30,0.6,0.6,\nother,STI,,,0.7\n");
+    const std::string ir = folder.path() / "hiss at back.wav";
+    REQUIRE(aula_with({scene, "--ir", ir, "--output", "mono", "--frames", "4"}).status == 0);
+    const std::string html =
+        report(scene, folder.path() / "out.html",
+               {"--frames", "4", "--receiver", "seat=3.7,2.9,1.2", "--receiver", "back=4.5,3.5,1.2",
+                "--measured", csv, "--measured", ir, "--noise-level", "30"});
+    CHECK(open_tags(html) == "");
+    CHECK(count_of(html, "<h3>hiss at seat</h3>") == 2);  // compared, and the octaves of the pair
+    CHECK(count_of(html, "<h3>hiss at back</h3>") == 2);
+    CHECK(count_of(html, "<h3>Mean of 1 measured response and of 2 simulated pairs</h3>") == 1);
+    CHECK(html.find("<td>difference in JND</td>") != std::string::npos);
+    // The measured mean of 500 and 1000 Hz.
+    CHECK(html.find("<td>0.50</td><td>0.40</td><td>-</td><td>-</td><td>-</td><td>0.45</td>") !=
+          std::string::npos);
+    CHECK(count_of(html, ">measured</text>") == 3);  // plots
+    CHECK(html.find(">2 receivers at different distances of 2 to 16 m;") != std::string::npos);
+    CHECK(count_of(html, "<td>good</td>") + count_of(html, "<td>excellent</td>") == 2);
+    CHECK(html.find("noise of 37.0 dB(A)") != std::string::npos);
+
+    const std::string none = report(scene, folder.path() / "out.html", {"--frames", "2"});
+    CHECK(none.find("measured values") == std::string::npos);
+    CHECK(none.find("rD and rP need a level of noise") != std::string::npos);
+}
+
+TEST_CASE("A line of receivers from 2 to 16 m has the numbers of ISO 3382-3") {
+    const TemporaryFolder folder;
+    // A free field: 6 dB per doubled distance, and 60 dB(A) - 12 dB at 4 m.
+    const std::string scene = folder.write("room.json", kFreeField);
+    std::vector<std::string> options{"--frames", "1", "--noise-level", "35"};
+    for (const int x : {2, 4, 8, 16})
+        options.insert(options.end(), {"--receiver", "r" + std::to_string(x) + "=" +
+                                                         std::to_string(3.432 + x) + ",0,0"});
+    const std::string html = report(scene, folder.path() / "out.html", options);
+    std::smatch found;
+    REQUIRE(std::regex_search(
+        html, found,
+        std::regex("<td>click</td><td>6.0</td><td>48.0</td><td>([0-9.]+)</td><td>([0-9.]+)</td>")));
+    CHECK(std::stod(found[1]) < std::stod(found[2]));
+}
+
 TEST_CASE("Bad options of a report are refused with one line and status 2") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
@@ -110,6 +156,9 @@ TEST_CASE("Bad options of a report are refused with one line and status 2") {
         {{"report", scene, "--html", out, "--receiver", "a=1,1,1", "--receiver", "a=2,1,1"},
          {"--receiver", "given twice"}},
         {{"report", scene, "--html", out, "--spacing", "1"}, {"--spacing", "aula map"}},
+        {{"report", scene, "--html", out, "--measured", "none.csv"}, {"none.csv"}},
+        {{"report", scene, "--html", out, "--measured", scene}, {"room.json", "format"}},
+        {{scene, "--measured", "m.csv"}, {"--measured", "aula report"}},
         {{scene, "--html", out}, {"--html", "aula report"}},
         {{"map", scene, "--out", out, "--receiver", "a=1,1,1"}, {"--receiver", "aula report"}},
     };

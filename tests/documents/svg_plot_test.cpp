@@ -42,6 +42,13 @@ TEST_CASE("A plot has its axes, its lines and a legend of the named ones") {
     CHECK(count_of(svg, "<svg") == count_of(svg, "</svg>"));
 }
 
+TEST_CASE("An axis with names has one mark for each") {
+    SvgPlot plot({"octave in Hz", -0.5, 2.5, {"63", "125", "250"}}, {"T30 in s", 0, 2});
+    const std::string svg = plot.svg();
+    for (const char* const name : {">63<", ">125<", ">250<"}) CHECK(count_of(svg, name) == 1);
+    CHECK(count_of(svg, ">1.5<") == 1);
+}
+
 TEST_CASE("A plan contains its points, also without walls") {
     const std::string svg = plan_svg({}, {{{3, 4}, "a<b", true}, {{3, 4}, "seat", false}});
     CHECK(count_of(svg, "<circle") == 1);

@@ -168,6 +168,7 @@ class Options {
     void add_documents() {
         path("--html", html_);
         app_.add_option("--receiver", receivers_)->allow_extra_args(false);
+        app_.add_option("--measured", arguments_.measured)->allow_extra_args(false);
         path("--out", out_);
         constexpr double kHighest_m = 1e6;
         const std::string heights = "metres from -1e6 to 1e6";
@@ -393,7 +394,7 @@ class Options {
         for (const char* const name : {"--height", "--spacing", "--interaural"})
             refuse(Command::map, "map", name);
         for (const char* const name : {"--scale", "--up"}) refuse(Command::import, "import", name);
-        for (const char* const name : {"--html", "--receiver"})
+        for (const char* const name : {"--html", "--receiver", "--measured"})
             refuse(Command::report, "report", name);
         refuse(Command::check, "check", "--strict");
         if (word == Command::map || word == Command::report)

@@ -62,6 +62,7 @@ struct Arguments {
     bool map_interaural = false;                   ///< true: maps of IACC, too
     std::filesystem::path html;                    ///< output of Command::report
     std::vector<NamedReceiver> receivers;          ///< of Command::report; empty: the listener
+    std::vector<std::filesystem::path> measured;   ///< of Command::report: values to compare with
     std::vector<std::filesystem::path> responses;  ///< files of Command::analyse
     bool third_octaves = false;                    ///< of Command::analyse
     /// Of --speech-level and --noise-level; a scene takes them by `scene_changes`.

@@ -64,6 +64,8 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
 report (with --frames, --speech-level, --noise-level, positions and simulation)
   --html OUT.html        one file with plan, parameters, plots, conditions and materials
   --receiver NAME=X,Y,Z  a receiver in place of the listener; may be repeated
+  --measured FILE        measured values to compare with: a table, or a response that is analysed;
+                         may be repeated (docs/room_measurements.md)
 
 analyse (with --speech-level and --noise-level: at the microphone; without them STI has no levels)
   --third-octaves        also third octaves from 50 Hz to 16 kHz
