@@ -65,8 +65,10 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
         recording = formatted("stop %.0f s", monitor.recorded_s);
         if (monitor.lost_s > 0) recording += formatted(", %.2f s lost", monitor.lost_s);
     }
-    float buttons = 0;
-    for (const char* label : {"follow path", "first person", "freeze", recording.c_str(), "keys ?"})
+    std::vector<const char*> labels{"first person", "freeze", recording.c_str(), "keys ?"};
+    if (model.scene().listener.path) labels.push_back("follow path");
+    float buttons = -ImGui::GetStyle().ItemSpacing.x;
+    for (const char* label : labels)
         buttons += ImGui::CalcTextSize(label).x + 2 * ImGui::GetStyle().FramePadding.x +
                    ImGui::GetStyle().ItemSpacing.x;
     const float buttons_x = ImGui::GetWindowWidth() - buttons - ImGui::GetStyle().WindowPadding.x;

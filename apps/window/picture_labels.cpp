@@ -216,12 +216,13 @@ void Picture::draw_labels(const Model& model, const Box& area, const Choices& ch
     draw.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height});
     const Screen projection = screen(model, area);
     if (choices.direct_paths) draw_direct_paths(model, projection, draw);
-    draw_sources(model, projection, draw);
-    const float margin = 0.6F * ImGui::GetFontSize();
+    const float em = ImGui::GetFontSize();
     if (camera.first_person)
-        plan_.draw(model, listener(model), {area.x + area.width - margin, area.y + margin}, draw);
+        plan_.draw(model, listener(model), {area.x + area.width - 0.6F * em, area.y + 0.6F * em},
+                   std::min(11 * em, 0.32F * area.height), draw);
     else
         draw_listener(model, projection, draw);
+    draw_sources(model, projection, draw);
     draw_legends(model, projection, area, choices, draw);
     draw.PopClipRect();
 }

@@ -22,15 +22,15 @@ void SmallPlan::follow(const Model& model, float z_m) {
     z_m_ = z_m;
 }
 
-void SmallPlan::draw(const Model& model, const Pose& listener, ImVec2 corner, ImDrawList& draw) {
-    constexpr float kLargest_em = 11;
+void SmallPlan::draw(const Model& model, const Pose& listener, ImVec2 corner, float longest,
+                     ImDrawList& draw) {
     constexpr float kShortest = 0.5F;  // of a line, in pixels
     follow(model, listener.position.z);
     const glm::vec2 size_m = plan_.max - plan_.min;
     if (!(size_m.x > 0 && size_m.y > 0)) return;
     const float em = ImGui::GetFontSize();
     const float margin = 0.7F * em;
-    const float scale = kLargest_em * em / std::max(size_m.x, size_m.y);
+    const float scale = longest / std::max(size_m.x, size_m.y);
     const glm::vec2 size = scale * size_m;
     const ImVec2 low{corner.x - size.x - 2 * margin, corner.y};
     draw.AddRectFilled(low, {corner.x, corner.y + size.y + 2 * margin},

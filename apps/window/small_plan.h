@@ -12,8 +12,9 @@ namespace aula {
 /// A small plan of the room, cut at the listener's ears, with the listener and the sources.
 class SmallPlan {
  public:
-    /// Draws the plan with its upper right corner at `corner`.
-    void draw(const Model& model, const Pose& listener, ImVec2 corner, ImDrawList& draw);
+    /// Draws the plan with its upper right corner at `corner`. `longest` is the room's longer side.
+    void draw(const Model& model, const Pose& listener, ImVec2 corner, float longest,
+              ImDrawList& draw);
 
  private:
     void follow(const Model& model, float z_m);

@@ -3,7 +3,9 @@
 #include <imgui.h>
 #include <imgui_internal.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <memory>
 #include <set>
 #include <string>
@@ -11,8 +13,10 @@
 #include "apps/window/model/model.h"
 #include "apps/window/panels.h"
 #include "apps/window/rows.h"
+#include "apps/window/small_plan.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
+#include "tests/support/wait.h"
 
 namespace {
 
@@ -74,10 +78,7 @@ class Gui {
     std::set<ImGuiID> headers_;
 };
 
-}  // namespace
-
-TEST_CASE("Every control explains itself beside the panel while the mouse rests on it") {
-    const TemporaryFolder folder;
+WindowOptions options_of(const TemporaryFolder& folder) {
     WindowOptions options;
     options.scene_file = folder.write("room", "");
     options.session.device = AudioDevice::kNone;
@@ -89,7 +90,21 @@ TEST_CASE("Every control explains itself beside the panel while the mouse rests 
         loaded.scene.sources[1].name = "other";
         return loaded;
     };
-    Model model(options);
+    return options;
+}
+
+/// Whether a vertex is near a point.
+bool draws_at(const ImDrawList& list, ImVec2 point, float distance) {
+    return std::any_of(list.VtxBuffer.begin(), list.VtxBuffer.end(), [&](const ImDrawVert& vertex) {
+        return std::hypot(vertex.pos.x - point.x, vertex.pos.y - point.y) < distance;
+    });
+}
+
+}  // namespace
+
+TEST_CASE("Every control explains itself beside the panel while the mouse rests on it") {
+    const TemporaryFolder folder;
+    Model model(options_of(folder));
     model.pick(0);
     Choices choices;
     Gui gui;
@@ -130,5 +145,34 @@ TEST_CASE("A slider in a row draws no text over its grab") {
     CHECK(bare == drawn([&] { ImGui::SliderFloat("##b", &value, 0, 1, ""); }));
     CHECK(bare < drawn([&] { ImGui::SliderFloat("##c", &value, 0, 1, "%.2f"); }));
     ImGui::End();
+    ImGui::EndFrame();
+}
+
+TEST_CASE("The small plan shows the room, the listener and the sources in its frame") {
+    const TemporaryFolder folder;
+    Model model(options_of(folder));
+    REQUIRE(eventually([&] {
+        model.update(0);
+        return !model.status().sources.empty();
+    }));
+    const Gui gui;
+    ImGui::GetIO().DeltaTime = 0.01F;
+    ImGui::NewFrame();
+    ImDrawList& list = *ImGui::GetForegroundDrawList();
+    SmallPlan plan;
+    plan.draw(model, model.scene().listener.pose, {500, 20}, 100, list);
+    // Of the room of 5 x 4 m, with a margin around it.
+    const float margin = 0.7F * ImGui::GetFontSize();
+    REQUIRE(list.VtxBuffer.Size > 0);
+    for (const ImDrawVert& vertex : list.VtxBuffer) {
+        CHECK(vertex.pos.x > 500 - 100 - 2 * margin - 1);
+        CHECK(vertex.pos.x < 501);
+        CHECK(vertex.pos.y > 19);
+        CHECK(vertex.pos.y < 20 + 80 + 2 * margin + 1);
+    }
+    // The listener at (3.7, 2.9), and the source at (1.2, 1.1).
+    CHECK(draws_at(list, {500 - margin - 100 + 20 * 3.7F, 20 + margin + 20 * (4 - 2.9F)}, 12));
+    CHECK(draws_at(list, {500 - margin - 100 + 20 * 1.2F, 20 + margin + 20 * (4 - 1.1F)}, 8));
+    CHECK_FALSE(draws_at(list, {500 - margin - 50, 20 + margin + 40}, 8));
     ImGui::EndFrame();
 }

@@ -280,6 +280,27 @@ TEST_CASE("The parameters of the window are those of its view") {
     CHECK(model.parameters().sti.value == expected.sti.value);
 }
 
+TEST_CASE("Views are shown while the player keeps adapting the response to the machine") {
+    Room room;
+    Model& model = room.model();
+    model.watch();
+    // Frames of a tenth of a second, and one change after the other, which the window has not
+    // requested.
+    Scene scene = model.scene();
+    scene.simulation.rays = 40'000;
+    SessionOptions session;
+    session.output = OutputFormat::mono;
+    session.device = AudioDevice::kNone;
+    const auto adapt = [&] {
+        if (!model.player().status().preparing) model.player().change(scene, session);
+    };
+    adapt();
+    CHECK(room.shows([&] {
+        adapt();
+        return model.view() != nullptr;
+    }));
+}
+
 TEST_CASE("Two settings each keep their estimator and view") {
     Room room;
     Model& model = room.model();

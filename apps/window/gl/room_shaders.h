@@ -63,8 +63,8 @@ float grain(vec2 at, float period, vec2 pixel) {
     return (random - 0.5) * visible(period, max(pixel.x, pixel.y));
 }
 float relief(vec2 at, vec2 pixel) {
-    if (pattern == 1) return -0.22 * courses(at, vec2(0.36, 0.12), 0.012, pixel);
-    if (pattern == 2) return -0.20 * courses(at, vec2(0.60, 0.30), 0.012, pixel);
+    if (pattern == 1) return -0.28 * courses(at, vec2(0.36, 0.12), 0.012, pixel);
+    if (pattern == 2) return -0.25 * courses(at, vec2(0.60, 0.30), 0.012, pixel);
     if (pattern == 3)
         return -0.22 * max(joint(at.x, 0.20, 0.008, pixel.x), joint(at.y, 0.20, 0.008, pixel.y));
     if (pattern == 4)
@@ -87,7 +87,7 @@ void main() {
     vec2 pixel = max(fwidth(at), vec2(1e-5));
     if (cut_away && (s & (front ? 1 : 2)) == 0) discard;
     vec3 f = front ? n : -n;
-    float light = 0.66 + 0.14 * dot(f, to_eye) + 0.12 * f.z + 0.09 * f.x + 0.05 * f.y;
+    float light = 0.66 + 0.14 * dot(f, to_eye) + 0.10 * f.z + 0.12 * f.x + 0.07 * f.y;
     light *= 1.0 - dimming * smoothstep(2.0, 30.0, distance(eye, p));
     vec3 lit = c * light * (1.0 + relief(at, pixel));
     if (overlay > 0.0) {

@@ -65,7 +65,7 @@ void Model::show_opened() {
 
 /// Shows the warnings of the scene's file, such as what was guessed of a model, in one message.
 void Model::say_warnings() {
-    constexpr std::size_t kMaxLines = 8;
+    constexpr std::size_t kMaxLines = 5;
     const std::vector<std::string>& warnings = scene_.read().warnings;
     if (warnings.empty()) return;
     std::string text;
