@@ -159,7 +159,11 @@ std::string comparison_rows(const Compared& compared) {
         std::array<std::string, 3> cells{html_cell(name) + html_cell("simulated"),
                                          html_cell("") + html_cell("measured"),
                                          html_cell("") + html_cell("difference in JND")};
-        for (std::size_t i = 0; i < measured.size(); ++i) {
+        // STI has no octaves.
+        const std::size_t first = p == kSpeechTransmission ? kBandCount : 0;
+        if (first > 0)
+            for (std::string& row : cells) row += formatted("<td colspan=\"%zu\"></td>", first);
+        for (std::size_t i = first; i < measured.size(); ++i) {
             cells[0] += number(simulated[i]->value, text.decimals);
             cells[1] += number(measured[i]->value, text.decimals);
             cells[2] += number(noticeable(*simulated[i], *measured[i], text), 1);

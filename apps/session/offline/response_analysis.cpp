@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "apps/session/base/formatted.h"
 #include "apps/session/offline/acoustic_parameters.h"
@@ -56,6 +57,8 @@ BandResult analyse_band(std::span<const float> response, double sample_rate_hz, 
     if (curve.tail() > 0) result.band.range_db = 10 * std::log10(curve.total() / curve.tail());
     BandParameters& p = result.band.parameters = band_parameters(curve);
     p.g_db.reset();
+    // The noise of a sound that is no response may exceed its start.
+    if (p.d50 && *p.d50 < 0) p.d50.reset();
     if (!p.t30_s) result.lack = p.t20_s ? Lack::t30_range : Lack::t20_range;
     for (std::optional<double>* const time_s : {&p.t20_s, &p.t30_s, &p.edt_s})
         if (!resolves(*time_s, band.width_hz())) result.lack = Lack::width;
@@ -82,8 +85,8 @@ class Lacks {
         };
         const auto ranges = [&](Lack lack) {
             const Entry& entry = entries_[static_cast<std::size_t>(lack)];
-            const std::string least = fixed_text(entry.least_db, 0);
-            const std::string most = fixed_text(entry.most_db, 0);
+            const std::string least = fixed_text(std::floor(entry.least_db), 0);
+            const std::string most = fixed_text(std::floor(entry.most_db), 0);
             std::string text = "the decay range is " + least;
             if (least != most) text += " to " + most;
             return text + " dB";
@@ -131,6 +134,17 @@ std::optional<double> speech_index(const std::vector<BandResult>& octaves,
     return speech_transmission_index(transfers, levels);
 }
 
+/// The response without the offset of a converter, the mean of its last tenth. A step at its start
+/// would be loud in the low octaves.
+std::vector<float> without_offset(std::span<const float> response) {
+    const std::span<const float> last = response.last(response.size() / 10);
+    const double sum = std::accumulate(last.begin(), last.end(), 0.0);
+    const auto offset = static_cast<float>(sum / static_cast<double>(last.size()));
+    std::vector<float> samples(response.begin(), response.end());
+    for (float& sample : samples) sample -= offset;
+    return samples;
+}
+
 /// The response to its last sample that is not 0: silence that a program appended is no noise.
 std::span<const float> sounding(std::span<const float> response) {
     while (!response.empty() && response.back() == 0)
@@ -164,8 +178,9 @@ ResponseAnalysis analyse_response(const std::string& name, std::span<const float
     if (is_clipped(sound))
         analysis.warnings.push_back(
             name + ": is clipped: several samples in a row have the largest magnitude");
+    const std::vector<float> samples = without_offset(sound);
     const auto analyse = [&](int index, int per_octave) {
-        return analyse_band(sound, sample_rate_hz, zero, FrequencyBand::at(index, per_octave));
+        return analyse_band(samples, sample_rate_hz, zero, FrequencyBand::at(index, per_octave));
     };
     std::vector<BandResult> octaves;
     RoomParameters bands;

@@ -128,6 +128,16 @@ TEST_CASE("silence after a response is no noise floor") {
           alone.parameters.octave(AcousticParameter::t30, 5).value);
 }
 
+TEST_CASE("an offset of the samples is no sound") {
+    std::vector<float> samples = noise(48000, -60);
+    const ResponseAnalysis without = analyse_response("x", samples, 48000, {});
+    for (float& sample : samples) sample += 0.01F;
+    const ResponseAnalysis with = analyse_response("x", samples, 48000, {});
+    // Companion: as a step at the start, the offset had the energy of the decay at 63 Hz.
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        CHECK(with.range_db[b].value() == Approx(without.range_db[b].value()).margin(0.1));
+}
+
 TEST_CASE("a response that is silent or too short is refused") {
     CHECK(error_of(std::vector<float>(4800)).find("is silent") != std::string::npos);
     CHECK(error_of({}).find("is silent") != std::string::npos);
