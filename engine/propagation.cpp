@@ -6,7 +6,6 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "engine/base/sampling.h"
@@ -26,10 +25,6 @@ namespace aula {
 namespace {
 
 enum class SeedPurpose : std::uint64_t { frame = 1, survey = 3, specular = 5, connection = 7 };
-
-int default_threads() {
-    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
-}
 
 Material opaque(Material material) {
     material.sound_reduction_db.reset();

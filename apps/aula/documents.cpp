@@ -15,7 +15,7 @@
 #include "apps/aula/outputs.h"
 #include "apps/aula/terminal/progress_bar.h"
 #include "apps/dataset/plan/planned_scene.h"
-#include "apps/documents/map_measurement.h"
+#include "apps/documents/document_measurement.h"
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/room_report.h"
 #include "apps/session/base/output_file.h"
@@ -167,7 +167,7 @@ int map_room(const Arguments& arguments) {
     MapFolder folder(arguments.out);
     const auto measurement = [&] {
         ProgressBar bar("measuring at " + std::to_string(grid.receivers.size()) + " receivers",
-                        arguments.quiet);
+                        arguments.quiet, ProgressLines::logged);
         return measure_map(scene, grid, arguments.frames, arguments.map_interaural, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
@@ -191,9 +191,8 @@ int report_room(const Arguments& arguments) {
         receivers.push_back(scene.listener.pose_at(0));
     }
     const auto measurement = [&] {
-        ProgressBar bar("measuring", arguments.quiet);
-        return measure(scene, scene.sources, receivers,
-                       {.frames = arguments.frames, .interaural = true, .progress = std::ref(bar)});
+        ProgressBar bar("measuring", arguments.quiet, ProgressLines::logged);
+        return measure_report(scene, receivers, arguments.frames, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
     warn(measurement->warnings, arguments.quiet);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "apps/documents/map_measurement.h"
+#include "apps/documents/document_measurement.h"
 #include "apps/window/gl/view3d.h"
 #include "apps/window/model/model.h"
 #include "apps/window/plots.h"

@@ -4,7 +4,7 @@
 
 namespace aula {
 
-/// Measures lap times. lap_s() returns the seconds since its last call or the construction.
+/// Measures lap times: lap_s() returns the seconds since its last call or the construction.
 class Stopwatch {
  public:
     double lap_s() {
@@ -14,8 +14,14 @@ class Stopwatch {
         return s;
     }
 
+    /// The seconds since the construction.
+    double total_s() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - first_).count();
+    }
+
  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point first_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point last_ = first_;
 };
 
 }  // namespace aula

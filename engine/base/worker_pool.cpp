@@ -1,5 +1,6 @@
 #include "engine/base/worker_pool.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cassert>
 #include <chrono>
@@ -31,6 +32,10 @@ void pause_thread() {
 }
 
 }  // namespace
+
+int default_threads() {
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
+}
 
 struct WorkerPool::State {
     std::mutex mutex;

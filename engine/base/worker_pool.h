@@ -7,6 +7,9 @@
 
 namespace aula {
 
+/// The number of threads by default: all processors but one, at least 1.
+int default_threads();
+
 /// A thread pool for numbered jobs. The calling thread takes part. [propagation thread]
 class WorkerPool {
  public:

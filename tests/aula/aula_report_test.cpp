@@ -178,6 +178,26 @@ TEST_CASE("An interrupted report leaves no file") {
     CHECK(names_in(folder.path()) == std::vector<std::string>{"room.json"});
 }
 
+TEST_CASE("A report without a terminal writes its progress as lines") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const auto started = [&](const std::vector<std::string>& options) {
+        std::vector<std::string> command{
+            AULA_PROGRAM, "report", scene, "--html", folder.path() / "out.html",
+            "--frames",   "1000000"};
+        command.insert(command.end(), options.begin(), options.end());
+        return command;
+    };
+    Program loud(started({}));
+    Program quiet(started({"--quiet"}));
+    while (loud.running() && loud.err().find("aula: measuring: 0 % after") == std::string::npos)
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    quiet.signal(SIGTERM);
+    loud.signal(SIGTERM);
+    CHECK(loud.wait().status == 143);
+    CHECK(quiet.wait().err == "");
+}
+
 TEST_CASE("A browser shows a report within the width of a page") {
     if (!std::filesystem::exists("/usr/bin/chromium")) {
         WARN("skipped: chromium is not installed");

@@ -12,6 +12,7 @@
 #include <cstdio>
 
 using aula::printable;
+using aula::ProgressLog;
 using aula::TaskLine;
 
 namespace {
@@ -90,4 +91,18 @@ TEST_CASE("Printed names contain no control characters except line feeds") {
     // Other text, and the line feeds of tables, stay unchanged.
     const std::string text = "Größe 5 m² → 漢字 🎵\nnext";
     CHECK(printable(text) == text);
+}
+
+TEST_CASE("A log has a line of progress after 2 s, then one every ten seconds") {
+    const ProgressLog::Time start{};
+    const auto after = [&](double seconds) {
+        return start + std::chrono::duration_cast<ProgressLog::Time::duration>(
+                           std::chrono::duration<double>(seconds));
+    };
+    ProgressLog log("measuring", start);
+    CHECK(log.line(0, start) == "");
+    CHECK(log.line(0.05, after(1.9)) == "");
+    CHECK(log.line(0.11, after(2.2)) == "aula: measuring: 11 % after 2 s");
+    CHECK(log.line(0.5, after(12.1)) == "");
+    CHECK(log.line(0.614, after(12.7)) == "aula: measuring: 61 % after 13 s");
 }

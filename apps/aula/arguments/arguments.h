@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/aula/arguments/dataset_arguments.h"
-#include "apps/documents/map_measurement.h"
+#include "apps/documents/document_measurement.h"
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <string_view>
 #include <thread>
@@ -122,6 +123,17 @@ void TaskLine::run(std::chrono::steady_clock::duration after) {
         line_.show(what_ + ", " + std::to_string(passed.count()) + " s");
         next += std::chrono::seconds(1);
     }
+}
+
+ProgressLog::ProgressLog(std::string what, Time start)
+    : what_(std::move(what)), start_(start), next_(start + std::chrono::seconds(2)) {}
+
+std::string ProgressLog::line(double done, Time now) {
+    if (now < next_) return {};
+    next_ = now + std::chrono::seconds(10);
+    const double passed_s = std::chrono::duration<double>(now - start_).count();
+    return "aula: " + what_ + ": " + std::to_string(std::lround(done * 100)) + " % after " +
+           std::to_string(std::lround(passed_s)) + " s";
 }
 
 }  // namespace aula

@@ -54,6 +54,22 @@ class StatusLine {
     bool shown_ = false;
 };
 
+/// Lines of progress for a log: the first after 2 s, then one every ten seconds.
+class ProgressLog {
+ public:
+    using Time = std::chrono::steady_clock::time_point;
+
+    ProgressLog(std::string what, Time start);
+
+    /// The line that is due for the completed share, 0..1; empty: none.
+    std::string line(double done, Time now);
+
+ private:
+    std::string what_;
+    Time start_;
+    Time next_;
+};
+
 /// While alive, shows a task and its elapsed seconds on a status line, from `after` on. Nothing
 /// else may be printed during its life.
 class TaskLine {

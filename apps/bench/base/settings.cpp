@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <thread>
 
 #include "aula/exception.h"
+#include "engine/base/worker_pool.h"
 
 namespace aula::bench {
 
@@ -23,8 +23,7 @@ Subject::Subject(std::string scene_name, const Scene& given, const Settings& set
     if (settings.response_length_s) s.ir_length_s = settings.response_length_s;
     s.seed = settings.seed.value_or(s.seed);
     if (settings.threads) s.threads = settings.threads;
-    threads =
-        s.threads.value_or(std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1));
+    threads = s.threads.value_or(default_threads());
     s.threads = threads;
     frames = settings.frames.value_or(s.window_frames());
 }

@@ -42,7 +42,7 @@ std::vector<Row> measure_receivers(const Subject& subject, const Settings& setti
         settings.progress("receivers: window " + std::to_string(window));
         propagation.restart(derive_seed(simulation.seed, static_cast<std::uint64_t>(window)));
         double traced_s = 0;
-        for (int frame = 0; frame < StaticPropagation::kGatherFrames; ++frame) {
+        for (int frame = 0; frame < StaticPropagation::gather_frames(kReceivers); ++frame) {
             propagation.step(input);
             traced_s += propagation.statistics().trace_s;
         }

@@ -247,7 +247,7 @@ bool add_interaural_parameters(Measurement& measurement,
     const auto hrtf = load_hrtf({}, kSampleRate_hz);
     // All impulse responses share these while they exist.
     const auto carriers = make_noise_carriers(kSampleRate_hz, measurement.simulation.seed);
-    const int threads = measurement.simulation.threads.value_or(1);
+    const int threads = measurement.simulation.threads.value_or(default_threads());
     WorkerPool workers(threads);
     const std::size_t pairs = measurement.parameters.size();
     // A few pairs at a time, so that a stop is seen soon.

@@ -14,6 +14,7 @@
 #include "apps/session/offline/static_propagation.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/exception.h"
+#include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
 #include "engine/scene/scene_values.h"
 
@@ -137,6 +138,7 @@ void check(const SpeechConditions& speech) {
 void check(const MeasurementOptions& options) {
     if (options.frames.value_or(1) < 1 || options.max_frames < 1)
         throw InputError("measurement: expected at least one frame");
+    if (!(options.max_time_s > 0)) throw InputError("measurement: expected a time above 0");
     for (const MeasuredParameter p : kMeasuredParameters)
         if (!(wanted_error(options.limits, p) > 0))
             throw InputError("measurement: expected limits of standard errors above 0");
@@ -166,7 +168,7 @@ std::string name_of(const Measurement& m, std::size_t pair) {
 std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans& means,
                                           const SpeechConditions& speech) {
     std::vector<PairParameters> parameters(m.responses.size());
-    WorkerPool workers(m.simulation.threads.value_or(1));
+    WorkerPool workers(m.simulation.threads.value_or(default_threads()));
     workers.run(parameters.size(), [&](std::size_t pair) {
         if (!m.audible[pair]) return;
         const Pose& receiver = m.receivers[pair % m.receivers.size()];
@@ -232,17 +234,21 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                                    const MeasurementOptions& options) {
     check(options);
     check(scene.speech);
+    const Stopwatch watch;
     StaticPropagation propagation(scene, receivers);
     const int max_frames = options.frames.value_or(options.max_frames);
     const int window = options.frames
                            ? max_frames
                            : std::min(window_frames(scene.simulation, max_frames), max_frames);
     const auto continues = [&](int done) {
-        return !options.progress || options.progress(static_cast<double>(done) / max_frames);
+        const double of_frames = static_cast<double>(done) / max_frames;
+        const double of_time = options.frames ? 0 : watch.total_s() / options.max_time_s;
+        return !options.progress || options.progress(std::min(1.0, std::max(of_frames, of_time)));
     };
     PairMeans means(scene.sources.size() * receivers.size());
     std::vector<char> connected;
     bool certain = false;
+    bool out_of_time = false;
     for (std::size_t next_check = kFewestWindows;
          !certain && propagation.frames() + window <= max_frames;) {
         const std::vector<EnergyResponse> responses = propagation.window(window, continues);
@@ -256,6 +262,9 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
             }
         }
         if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
+        out_of_time =
+            !options.frames && means.windows() >= 2 && watch.total_s() >= options.max_time_s;
+        if (out_of_time) break;
         if (means.windows() < next_check) continue;
         next_check =
             static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(means.windows())));
@@ -268,6 +277,11 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.simulation = scene.simulation;
     m.length_s = propagation.response_length_s();
     m.frames = propagation.frames();
+    m.out_of_time = out_of_time;
+    if (out_of_time)
+        m.warnings.push_back(
+            formatted("the measurement was ended after %g s; another run may give other digits",
+                      options.max_time_s));
     warn_of_patch_size(scene.simulation, propagation.patch_size_m(), m.warnings);
     for (std::size_t pair = 0; pair < connected.size(); ++pair) {
         m.responses.push_back(means[pair].mean());

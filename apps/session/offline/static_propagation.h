@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -14,11 +15,12 @@ namespace aula {
 /// Propagation from the sources of a scene to receivers with everything at rest, window by window.
 /// A window is a number of consecutive frames from empty caches. With Estimator::patch the first
 /// receiver is heard as a listener of a live scene, with a gather in each frame. The other
-/// receivers gather once in kGatherFrames frames, so that hundreds of them cost little and need no
-/// state. [one thread]
+/// receivers gather once in several frames, so that hundreds of them cost little and need no state.
+/// [one thread]
 class StaticPropagation {
  public:
-    static constexpr int kGatherFrames = 8;
+    /// The frames from one gather of further receivers to the next, by their number.
+    static int gather_frames(std::size_t further_receivers);
 
     /// Sources and objects are at their positions at time 0. The scene outlives the object.
     StaticPropagation(const Scene& scene, std::span<const Pose> receivers);

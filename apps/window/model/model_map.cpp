@@ -1,4 +1,4 @@
-#include "apps/documents/map_measurement.h"
+#include "apps/documents/document_measurement.h"
 #include "apps/window/model/model.h"
 #include "apps/window/model/saved_files.h"
 #include "aula/audio/realtime.h"

@@ -8,6 +8,7 @@
 #include "apps/session/offline/measurement_text.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/room_acoustics.h"
+#include "aula/exception.h"
 #include "aula/measurement.h"
 #include "tests/support/octave.h"
 #include "tests/support/test_scenes.h"
@@ -379,4 +380,20 @@ TEST_CASE("The impulse response has the decay times of the report") {
         // Companion: walls that absorb a tenth more are detected.
         CHECK(rendered_s != Approx(reported_s / 1.1).epsilon(0.05));
     }
+}
+
+TEST_CASE("A measurement that its time ends has standard errors and says so") {
+    Scene scene = test::small_room();
+    scene.simulation.rays = 50;
+    const auto measured = measure(scene, {.max_time_s = 1e-6});
+    CHECK(measured->out_of_time);
+    CHECK(measured->frames == 16);  // two windows
+    CHECK(measured->parameters[0].octave(AcousticParameter::t30, 4).standard_error);
+    REQUIRE(measured->warnings.size() >= 2);
+    CHECK(measured->warnings[0].find("was ended after 1e-06 s") != std::string::npos);
+    CHECK(measured->warnings[1].find("standard errors after 16 frames") != std::string::npos);
+    // Companion: a given number of frames and time enough.
+    CHECK_FALSE(measure(scene, {.frames = 24, .max_time_s = 1e-6})->out_of_time);
+    CHECK_FALSE(measure(scene, {.max_frames = 24})->out_of_time);
+    CHECK_THROWS_AS(measure(scene, {.max_time_s = 0}), InputError);
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/session/offline/static_propagation.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
@@ -179,4 +180,11 @@ TEST_CASE("A measurement without sources, receivers or frames is an error") {
     const auto measurement = measure(scene, scene.sources, here, {.frames = 1});
     CHECK_THROWS_AS(ImpulseResponses(*measurement, {.sample_rate_hz = 7000}), InputError);
     CHECK_THROWS_AS(ImpulseResponses(*measurement, {.ambisonic_order = 4}), InputError);
+}
+
+TEST_CASE("A few further receivers gather more often than many") {
+    CHECK(StaticPropagation::gather_frames(1) == 2);
+    CHECK(StaticPropagation::gather_frames(8) == 2);
+    CHECK(StaticPropagation::gather_frames(9) == 4);
+    CHECK(StaticPropagation::gather_frames(17) == 8);
 }

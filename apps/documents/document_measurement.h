@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 
 #include "apps/documents/receiver_grid.h"
 #include "aula/measurement.h"
@@ -18,5 +19,12 @@ inline constexpr double kMapSpacing_m = 0.5;
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
                                        std::optional<int> frames, bool interaural,
                                        const std::function<bool(double done)>& progress);
+
+/// Measures all sources at the receivers of a report, with IACC. Without `frames` until the
+/// standard errors are a quarter of the just noticeable differences, for 500 frames, or for 60 s,
+/// whichever is first. Returns empty if `progress` requested a stop.
+std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
+                                          std::optional<int> frames,
+                                          const std::function<bool(double done)>& progress);
 
 }  // namespace aula

@@ -1,0 +1,53 @@
+#include "apps/documents/document_measurement.h"
+
+namespace aula {
+
+namespace {
+
+/// Standard errors of maps, in every octave from 125 Hz to 4 kHz: half of the just noticeable
+/// differences.
+constexpr MeasurementLimits kMapLimits{.level_db = 0.5, .c80_db = 0.5, .t30 = 0.025, .edt = 0.025};
+
+/// Frames of a map that does not reach these limits before, so that large maps end.
+constexpr int kMapFrames = 256;
+
+/// Standard errors of reports, in every octave from 125 Hz to 4 kHz: a quarter of the just
+/// noticeable differences.
+constexpr MeasurementLimits kReportLimits{
+    .level_db = 0.25, .c80_db = 0.25, .t30 = 0.0125, .edt = 0.0125};
+
+/// Frames of a report that does not reach these limits before: of the late sound of rooms with
+/// parallel hard walls, for instance. Two sources then take about 45 s at six receivers, so that
+/// reports of ordinary rooms do not depend on the clock.
+constexpr int kReportFrames = 500;
+
+/// Ends the frames of other reports. All, with the interaural coefficients of the pairs, should
+/// take at most two minutes.
+constexpr double kReportTime_s = 60;
+
+}  // namespace
+
+std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
+                                       std::optional<int> frames, bool interaural,
+                                       const std::function<bool(double done)>& progress) {
+    return measure(scene, scene.sources, grid.receivers,
+                   {.frames = frames,
+                    .limits = kMapLimits,
+                    .max_frames = kMapFrames,
+                    .interaural = interaural,
+                    .progress = progress});
+}
+
+std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
+                                          std::optional<int> frames,
+                                          const std::function<bool(double done)>& progress) {
+    return measure(scene, scene.sources, receivers,
+                   {.frames = frames,
+                    .limits = kReportLimits,
+                    .max_frames = kReportFrames,
+                    .max_time_s = kReportTime_s,
+                    .interaural = true,
+                    .progress = progress});
+}
+
+}  // namespace aula
