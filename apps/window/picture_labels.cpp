@@ -175,8 +175,10 @@ void Picture::draw_legends(const Model& model, const Screen& projection, const B
     const float em = ImGui::GetFontSize();
     ImVec2 corner{area.x + 12, area.y + area.height - 2.0F * em};
     if (choices.rays) {
+        const float width = ImGui::CalcTextSize("reflection order 0 1 2 3 4").x + 1.4F * em;
+        draw.AddRectFilled({corner.x - 6, corner.y - 3}, {corner.x + width, corner.y + 1.3F * em},
+                           packed({0.05F, 0.06F, 0.08F}, 0.75F), 3);
         const auto word = [&](const char* text, const Colour& colour) {
-            draw.AddText({corner.x + 1, corner.y + 1}, packed({0, 0, 0}, 0.8F), text);
             draw.AddText(corner, packed(colour), text);
             corner.x += ImGui::CalcTextSize(text).x + 0.6F * em;
         };
@@ -204,7 +206,7 @@ void Picture::draw_legends(const Model& model, const Screen& projection, const B
         const auto view = model.view();
         if (view && view->patch_size_m <= 0)
             draw.AddText({corner.x, corner.y - 1.3F * em}, packed({1, 0.8F, 0.4F}),
-                         "this estimator has no patches");
+                         "this method has no patches");
         corner.y -= 3 * em;
     }
     if (cells_ && map_choice_.source < model.scene().sources.size())

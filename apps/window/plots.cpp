@@ -281,7 +281,7 @@ void draw_walk(const LevelWalk& walk, ImVec2 size, std::size_t band) {
         for (const float level_db : point.level_db) loudest_db = std::max(loudest_db, level_db);
     const float top_db = loudest_db > kSilence_db ? up_to_ten(loudest_db) : 0;
     const double from_m = std::max(0.0, walked_m - LevelWalk::kLength_m);
-    Plot plot("Direct sound over the walk", "dB re 1 m", size,
+    Plot plot("Walk: direct sound", "dB re 1 m", size,
               Axis{from_m, from_m + LevelWalk::kLength_m, true}, top_db - kRange_db, top_db);
     for (std::size_t b = 0; b < kBandCount; ++b)
         plot.band(points, b, packed(band_colour(b), b == band || band == kAllBands ? 1.0F : 0.38F),

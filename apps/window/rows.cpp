@@ -108,6 +108,9 @@ void tooltip(const char* text) {
     const ImGuiWindow* const plots = ImGui::FindWindowByName("plots");
     const float top = bar != nullptr ? bar->Pos.y + bar->Size.y + kGap : 0;
     const float bottom = plots != nullptr ? plots->Pos.y - kGap : display.y;
+    const ImGuiWindow* const controls = ImGui::FindWindowByName("controls");
+    const float right = controls != nullptr ? controls->Pos.x - kGap : display.x;
+    const float across = std::min(1.0F, mouse.x / right);
     // The picture lies left of the panels at the side, below the bar and above the plots.
     const float left = ImGui::GetWindowPos().x;
     const float down = mouse.y / display.y;
@@ -115,8 +118,8 @@ void tooltip(const char* text) {
         ImGui::SetNextWindowPos({left - kGap, top + down * (bottom - top)}, ImGuiCond_Always,
                                 {1, down});
     else
-        ImGui::SetNextWindowPos({mouse.x, mouse.y < top ? top : bottom}, ImGuiCond_Always,
-                                {mouse.x / display.x, mouse.y < top ? 0.0F : 1.0F});
+        ImGui::SetNextWindowPos({across * right, mouse.y < top ? top : bottom}, ImGuiCond_Always,
+                                {across, mouse.y < top ? 0.0F : 1.0F});
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(24 * ImGui::GetFontSize());
     ImGui::TextUnformatted(text);

@@ -148,6 +148,39 @@ TEST_CASE("A slider in a row draws no text over its grab") {
     ImGui::EndFrame();
 }
 
+TEST_CASE("Ctrl and a click on a slider in a row edit its number") {
+    const Gui gui;
+    ImGuiIO& io = ImGui::GetIO();
+    float value = 0.5F;
+    bool edited = false;
+    const auto frame = [&](ImVec2 mouse, bool pressed) {
+        io.DeltaTime = 0.1F;
+        io.MousePos = mouse;
+        io.MouseDown[0] = pressed;
+        io.KeyCtrl = true;
+        io.KeyMods = ImGuiKeyModFlags_Ctrl;
+        ImGui::NewFrame();
+        ImGui::SetNextWindowPos({0, 0});
+        ImGui::SetNextWindowSize({300, 300});
+        ImGui::Begin("sliders", nullptr, ImGuiWindowFlags_NoTitleBar);
+        row("gain", "", "0.5",
+            [&](const char* label) { return bare_slider(label, &value, 0, 1, "%.2f"); });
+        const ImVec2 low = ImGui::GetItemRectMin();
+        const ImVec2 high = ImGui::GetItemRectMax();
+        edited = io.WantTextInput;
+        ImGui::End();
+        ImGui::Render();
+        return ImVec2{0.5F * (low.x + high.x), 0.5F * (low.y + high.y)};
+    };
+    const ImVec2 middle = frame({-1, -1}, false);
+    frame(middle, false);
+    frame(middle, true);
+    frame(middle, false);
+    frame(middle, false);
+    CHECK(edited);
+    CHECK(value == 0.5F);
+}
+
 TEST_CASE("The small plan shows the room, the listener and the sources in its frame") {
     const TemporaryFolder folder;
     Model model(options_of(folder));

@@ -84,7 +84,7 @@ TEST_CASE("Resizing the window rescales its text") {
     CHECK(png_size(picture) == std::pair{1600U, 1100U});
 }
 
-TEST_CASE("Without a sound device a screenshot is taken in silence, with a warning") {
+TEST_CASE("Without a sound device the window opens in silence, with a warning") {
     if (!are_installed("Xvfb")) {
         WARN("skipped: Xvfb is not installed");
         return;
@@ -98,6 +98,9 @@ TEST_CASE("Without a sound device a screenshot is taken in silence, with a warni
     const ProgramResult result =
         run_program({AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--screenshot", picture,
                      "--after", "0.5", "--frame-rate", "10", "--rays", "200"});
+    const ProgramResult shown =
+        run_program({AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--duration", "0.5",
+                     "--frame-rate", "10", "--rays", "200"});
     unsetenv("JACK_DEFAULT_SERVER");
     unsetenv("PULSE_SERVER");
     INFO(result.err);
@@ -109,6 +112,9 @@ TEST_CASE("Without a sound device a screenshot is taken in silence, with a warni
     CHECK(result.status == 0);
     CHECK(png_size(picture) == std::pair{1600U, 1200U});
     CHECK(result.err.ends_with("playing in silence\n"));
+    INFO(shown.err);
+    CHECK(shown.status == 0);
+    CHECK(shown.err.find("playing in silence\n") != std::string::npos);
 }
 
 TEST_CASE("Without a display a screenshot is refused") {

@@ -34,7 +34,6 @@ constexpr std::array kNamed{
     NamedLook{"pew", {{0.50F, 0.33F, 0.22F}, boards}},
     NamedLook{"leather", {{0.40F, 0.26F, 0.20F}, plain}},
     NamedLook{"wood_wool", {{0.72F, 0.66F, 0.50F}, grains}},
-    NamedLook{"floor", {{0.62F, 0.46F, 0.30F}, boards}},
     NamedLook{"plywood", {{0.74F, 0.60F, 0.42F}, plain}},
     NamedLook{"wood", {{0.68F, 0.50F, 0.32F}, boards}},
     NamedLook{"boards", {{0.60F, 0.46F, 0.32F}, boards}},
@@ -47,6 +46,7 @@ constexpr std::array kNamed{
     NamedLook{"concrete", {{0.62F, 0.62F, 0.60F}, plain}},
     NamedLook{"asphalt", {{0.34F, 0.34F, 0.36F}, grains}},
     NamedLook{"tile", {{0.80F, 0.87F, 0.86F}, tiles}},
+    NamedLook{"enamel", {{0.93F, 0.93F, 0.92F}, plain}},
     NamedLook{"ceramic", {{0.93F, 0.93F, 0.92F}, plain}},
     NamedLook{"marble", {{0.90F, 0.88F, 0.86F}, blocks}},
     NamedLook{"limestone", {{0.85F, 0.79F, 0.66F}, blocks}},
@@ -78,6 +78,11 @@ constexpr std::array kNamed{
     NamedLook{"partition", {{0.84F, 0.81F, 0.76F}, panels}},
     NamedLook{"fabric", {{0.48F, 0.44F, 0.56F}, cloth}},
     NamedLook{"towel", {{0.72F, 0.62F, 0.70F}, grains}},
+    NamedLook{"stucco", {{0.87F, 0.83F, 0.74F}, plain}},
+    NamedLook{"drap", {{0.58F, 0.24F, 0.28F}, cloth}},
+    NamedLook{"panell", {{0.60F, 0.44F, 0.28F}, boards}},
+    NamedLook{"paving", {{0.70F, 0.67F, 0.61F}, blocks}},
+    NamedLook{"floor", {{0.62F, 0.46F, 0.30F}, boards}},
     NamedLook{"ceiling", {{0.90F, 0.89F, 0.86F}, plain}},
     NamedLook{"wall", {{0.84F, 0.81F, 0.76F}, plain}},
 };
@@ -104,7 +109,7 @@ MaterialLook material_look(const std::string& name) {
     if (!guess.word.empty())
         if (const auto look = named_look(guess.material)) return *look;
     const std::size_t hash = std::hash<std::string>{}(name);
-    return {from_hue(static_cast<float>(hash % 360) / 360, 0.28F, 0.74F), plain};
+    return {from_hue(static_cast<float>(hash % 360) / 360, 0.22F, 0.74F), plain};
 }
 
 Colour order_colour(int order) {

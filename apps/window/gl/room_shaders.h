@@ -67,6 +67,11 @@ float relief(vec2 at, vec2 pixel) {
     if (pattern == 2) return -0.25 * courses(at, vec2(0.60, 0.30), 0.012, pixel);
     if (pattern == 3)
         return -0.22 * max(joint(at.x, 0.20, 0.008, pixel.x), joint(at.y, 0.20, 0.008, pixel.y));
+    // Boards stand on walls.
+    if (pattern == 4 && abs(n.z) < 0.7) {
+        at = at.yx;
+        pixel = pixel.yx;
+    }
     if (pattern == 4)
         return -0.20 * courses(at, vec2(1.6, 0.14), 0.006, pixel) +
                0.10 * grain(vec2(floor(at.y / 0.14), 0.0), 1.0, vec2(pixel.y / 0.14));
