@@ -98,9 +98,11 @@ TEST_CASE("Without a sound device the window opens in silence, with a warning") 
     const ProgramResult result =
         run_program({AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--screenshot", picture,
                      "--after", "0.5", "--frame-rate", "10", "--rays", "200"});
+    setenv("AULA_NO_STATE", "1", 1);
     const ProgramResult shown =
         run_program({AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", "--duration", "0.5",
                      "--frame-rate", "10", "--rays", "200"});
+    unsetenv("AULA_NO_STATE");
     unsetenv("JACK_DEFAULT_SERVER");
     unsetenv("PULSE_SERVER");
     INFO(result.err);
