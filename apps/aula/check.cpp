@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/aula/commands.h"
@@ -13,6 +14,7 @@
 #include "apps/session/frames/signals.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/input/names.h"
 #include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/room_survey.h"
@@ -228,6 +230,47 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
     }
 }
 
+/// Names the materials of coplanar faces that overlap where sound is. An overlap in a closed body,
+/// such as below a cupboard that stands on the floor, is not heard.
+void check_coplanar_faces(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
+                          Findings& findings) {
+    // Less than a hand: less than any results resolve.
+    constexpr double kNamed_m2 = 0.01;
+    const auto overlaps = rays.coplanar_faces().overlaps();
+    if (overlaps.empty()) return;
+    std::vector<char> is_heard(rays.triangle_count(), 0);
+    result_of(kMeasuring, findings.arguments(), [&] {
+        const std::vector<Vec3> inside = points_of(sorted.inside);
+        const RandomWalks walks{.paths = 4096, .bounces = 32, .seed = kRoomSeed};
+        trace_random_walks(rays, inside, walks, [&](int, const Ray&, const Hit& hit) {
+            if (hit.any()) is_heard[hit.triangle] = 1;
+        });
+        return 0;
+    });
+    struct Pair {
+        double area_m2 = 0;
+        CoplanarFaces::Overlap largest;
+    };
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Pair> pairs;  // materials heard and covered
+    for (const CoplanarFaces::Overlap& overlap : overlaps) {
+        const std::uint32_t heard = rays.triangle(overlap.heard).material;
+        const std::uint32_t covered = rays.triangle(overlap.covered).material;
+        if (heard == covered || !is_heard[overlap.heard]) continue;
+        Pair& pair = pairs[{heard, covered}];
+        pair.area_m2 += overlap.area_m2;
+        if (overlap.area_m2 > pair.largest.area_m2) pair.largest = overlap;
+    }
+    for (const auto& [materials, pair] : pairs) {
+        if (pair.area_m2 < kNamed_m2) continue;
+        const Vec3& at = pair.largest.middle;
+        findings.warn(
+            formatted("%.3g m2 of ", pair.area_m2) + quoted(scene.materials[materials.first].name) +
+            " are in the plane of " + quoted(scene.materials[materials.second].name) +
+            formatted(", as at (%.2f, %.2f, %.2f)", double{at.x}, double{at.y}, double{at.z}) +
+            ": of faces that overlap, the smaller one is heard");
+    }
+}
+
 }  // namespace
 
 int check_scene(const Arguments& arguments) {
@@ -241,6 +284,7 @@ int check_scene(const Arguments& arguments) {
     const RayScene rays(scene);
     const SortedPositions sorted = result_of(
         kMeasuring, arguments, [&] { return sort_positions(rays, positions_along_paths(scene)); });
+    check_coplanar_faces(scene, rays, sorted, findings);
     check_leaks(scene, rays, sorted, findings);
     check_positions(scene, sorted, findings);
     check_audibility(rays, sorted, findings);

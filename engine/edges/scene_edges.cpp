@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <map>
+#include <numbers>
 
 #include "engine/edges/edge_finder.h"
 
@@ -154,6 +155,18 @@ bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
     constexpr double kStep_rad = 1.6;  // chords pass the edge at 0.7 of the radius
     const double span_rad = edge.open_angle_rad - 2 * kMargin_rad;
     const int steps = static_cast<int>(std::ceil(span_rad / kStep_rad));
+    // A free edge may be drawn on a larger face, in whose plane the chords do not cross it. Beyond
+    // the edge, by less than the tolerance of find_edges(), is then that face.
+    const auto is_drawn_at = [&](const glm::dvec3& point) {
+        constexpr double kBeyond_m = 5e-4;
+        constexpr float kAbove_m = 1e-3F;
+        const Vec3 normal(edge.direction(std::numbers::pi / 2));
+        const Vec3 beyond(point - kBeyond_m * edge.first_face);
+        const Ray ray{beyond + kAbove_m * normal, -normal, 2 * kAbove_m};
+        Hit hit;
+        scene_.intersect_each({&ray, 1}, {&hit, 1});
+        return hit.any() && scene_.coplanar_faces().is_covered(hit.triangle);
+    };
     return std::all_of(kPlaces.begin(), kPlaces.end(), [&](double place) {
         const glm::dvec3 centre = edge.point(place * edge.length_m);
         const auto around = [&](int step) {
@@ -162,7 +175,7 @@ bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
         for (int step = 0; step < steps; ++step) {
             if (!scene_.visible(around(step), around(step + 1))) return true;
         }
-        return false;
+        return edge.is_free() && is_drawn_at(centre);
     });
 }
 

@@ -13,6 +13,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
+#include <map>
 #include <new>
 #include <string>
 #include <tuple>
@@ -21,6 +22,7 @@
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
 #include "engine/rays/ray_library.h"
+#include "engine/rays/scene_planes.h"
 
 namespace aula {
 
@@ -192,6 +194,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
     twins_ = find_twins(*this);
     std::vector<bool> repeated(triangles_.size(), false);
     for (const Twin& twin : twins_) repeated[twin.omitted] = true;
+    find_coplanar_faces(repeated);
     for (std::uint32_t o = 0; o < objects_.size(); ++o) {
         const Object& object = objects_[o];
         embree_->add(object, embree_->vertices[o],
@@ -227,10 +230,43 @@ void RayScene::update_triangles(std::uint32_t o) {
     }
 }
 
+/// Finds the static faces that overlap in one plane, and moves their vertices into it, with all
+/// vertices at the same places: what is heard on a face is then at the same distance.
+void RayScene::find_coplanar_faces(const std::vector<bool>& is_omitted) {
+    const ScenePlanes planes(*this);
+    coplanar_faces_ = CoplanarFaces(*this, planes, is_omitted);
+    struct Less {
+        bool operator()(const Vec3& a, const Vec3& b) const {
+            return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+        }
+    };
+    std::map<Vec3, ScenePlanes::Point, Less> moved;
+    const auto flatten = [&](std::uint32_t triangle) {
+        const ScenePlanes::Plane& plane = planes[planes.of_triangle(triangle)];
+        for (const Vec3& v : triangles_[triangle].vertices) {
+            if (std::abs(plane.distance_m(ScenePlanes::Point(v))) <= double{kFlat_m}) continue;
+            ScenePlanes::Point& to = moved.try_emplace(v, v).first->second;
+            to -= plane.distance_m(to) * plane.normal;
+        }
+    };
+    for (const CoplanarFaces::Overlap& overlap : coplanar_faces_.overlaps()) {
+        flatten(overlap.covered);
+        flatten(overlap.heard);
+    }
+    if (moved.empty()) return;
+    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
+        if (objects_[o].moves()) continue;
+        for (Vec3& v : embree_->vertices[o])
+            if (const auto to = moved.find(v); to != moved.end()) v = Vec3(to->second);
+        update_triangles(o);
+    }
+}
+
 void RayScene::update_few() {
     if (triangles_.size() > BruteForceIntersector::kMax) return;
     std::vector<BruteForceIntersector::Vertices> vertices;
     for (const Triangle& triangle : triangles_) vertices.push_back(triangle.vertices);
+    for (const Twin& twin : twins_) vertices[twin.omitted].fill(vertices[twin.omitted][0]);
     few_.emplace(vertices);
 }
 
@@ -361,6 +397,7 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
     assert(count <= kLanes);
     if (few_) {
         few_->intersect(rays, count, hits);
+        hear_smaller(count, hits);
         return;
     }
     for (std::size_t first = 0; first < count; first += kPacket) {
@@ -403,6 +440,54 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
             if (any) __builtin_prefetch(&surfaces_[hits.triangle[first + i]]);
         }
     }
+    hear_smaller(count, hits);
+}
+
+void RayScene::hear_smaller(std::size_t count, HitLanes& hits) const {
+    if (coplanar_faces_.overlaps().empty()) return;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!coplanar_faces_.is_covered(hits.triangle[i])) continue;
+        const Hit hit = heard({hits.triangle[i], hits.distance_m[i], hits.u[i], hits.v[i]});
+        hits.triangle[i] = hit.triangle;
+        hits.u[i] = hit.u;
+        hits.v[i] = hit.v;
+    }
+}
+
+/// The same hit on the face that is heard there.
+Hit RayScene::heard(const Hit& hit) const {
+    const auto& v = triangles_[hit.triangle].vertices;
+    const Vec3 point = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);
+    for (const std::uint32_t t : coplanar_faces_.candidates(hit.triangle, point)) {
+        const Triangle& other = triangles_[t];
+        const glm::dvec3 a(other.vertices[0]);
+        const glm::dvec3 d = glm::dvec3(point) - a;
+        const glm::dvec3 normal(other.normal);
+        // A point behind a face would be in another room.
+        if (std::abs(glm::dot(d, normal)) > 2 * double{kFlat_m}) continue;
+        const glm::dvec3 ab = glm::dvec3(other.vertices[1]) - a;
+        const glm::dvec3 ac = glm::dvec3(other.vertices[2]) - a;
+        const double twice_area_m2 = glm::dot(glm::cross(ab, ac), normal);
+        const double u = glm::dot(glm::cross(d, ac), normal) / twice_area_m2;
+        const double w = glm::dot(glm::cross(ab, d), normal) / twice_area_m2;
+        constexpr double kOutside = -1e-6;  // rounding: points of the edge between two triangles
+        if (u < kOutside || w < kOutside || u + w > 1 - kOutside) continue;
+        // A third face of the first one's material may be heard on the second.
+        return heard({t, hit.distance_m, static_cast<float>(u), static_cast<float>(w)});
+    }
+    return hit;
+}
+
+std::uint32_t RayScene::heard_at(std::uint32_t triangle, const Vec3& point) const {
+    if (!coplanar_faces_.is_covered(triangle)) return triangle;
+    const auto& v = triangles_[triangle].vertices;
+    const Vec3 ab = v[1] - v[0];
+    const Vec3 ac = v[2] - v[0];
+    const Vec3 normal = glm::cross(ab, ac);
+    const float square = glm::dot(normal, normal);
+    return heard({triangle, 0, glm::dot(glm::cross(point - v[0], ac), normal) / square,
+                  glm::dot(glm::cross(ab, point - v[0]), normal) / square})
+        .triangle;
 }
 
 void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const {
@@ -421,8 +506,8 @@ void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) co
         intersect_ray(embree_->scene, query);
         hits[i] = query.hit.geomID == RTC_INVALID_GEOMETRY_ID
                       ? Hit{}
-                      : Hit{embree_->first_triangle[query.hit.geomID] + query.hit.primID,
-                            query.ray.tfar, query.hit.u, query.hit.v};
+                      : heard({embree_->first_triangle[query.hit.geomID] + query.hit.primID,
+                               query.ray.tfar, query.hit.u, query.hit.v});
     }
 }
 
@@ -495,7 +580,8 @@ bool RayScene::is_backed(const Vec3& point, std::uint32_t face) const {
 
         bool is_backing(std::uint32_t triangle) const {
             const Surface& surface = scene.surface(triangle);
-            if ((scene.transmits(surface.material) && !scene.has_opaque_twin(triangle)) ||
+            const std::uint32_t heard = scene.heard_at(triangle, point);
+            if ((scene.transmits(scene.surface(heard).material) && !scene.has_opaque_twin(heard)) ||
                 std::abs(glm::dot(surface.normal, normal)) < kParallel)
                 return false;
             const auto& v = scene.triangle(triangle).vertices;

@@ -13,9 +13,12 @@
 
 #include "aula/engine/scene.h"
 #include "engine/rays/brute_force_intersector.h"
+#include "engine/rays/coplanar_faces.h"
 #include "engine/rays/ray_lanes.h"
 
 namespace aula {
+
+class ScenePlanes;
 
 struct Ray {
     Vec3 origin;
@@ -34,8 +37,9 @@ struct Hit {
 };
 
 /// The scene's triangles in world coordinates at one time, and ray queries on them (Embree, robust
-/// mode, both sides). Queries are const and may run on several threads in parallel, but not in
-/// parallel with move().
+/// mode, both sides). Of static faces that overlap in one plane the smaller one is hit
+/// (CoplanarFaces); their vertices are moved by up to 1 mm into the plane. Queries are const and
+/// may run on several threads in parallel, but not in parallel with move().
 class RayScene {
  public:
     struct alignas(64) Triangle {
@@ -104,6 +108,13 @@ class RayScene {
     /// such a face.
     bool is_backed(const Vec3& point, std::uint32_t face) const;
 
+    /// The triangle that is heard at a point of a triangle: another one only where coplanar faces
+    /// overlap.
+    std::uint32_t heard_at(std::uint32_t triangle, const Vec3& point) const;
+
+    /// The static faces that overlap in one plane.
+    const CoplanarFaces& coplanar_faces() const { return coplanar_faces_; }
+
     std::size_t triangle_count() const { return triangles_.size(); }
     const Triangle& triangle(std::uint32_t index) const { return triangles_[index]; }
     const Surface& surface(std::uint32_t triangle) const { return surfaces_[triangle]; }
@@ -140,6 +151,9 @@ class RayScene {
     /// the points that assign deposits, gather rays and area samples to patches.
     static constexpr float kOffset_m = 1e-4F;
 
+    /// Overlapping coplanar faces are this flat: a point on one of them is in front of the others.
+    static constexpr float kFlat_m = kOffset_m / 8;
+
     /// Distance within which an opaque face blocks the transmission of another one. Patches do not
     /// distinguish faces that are closer together.
     static constexpr float kBacking_m = 2e-3F;
@@ -175,6 +189,9 @@ class RayScene {
 
  private:
     void update_triangles(std::uint32_t object);
+    void find_coplanar_faces(const std::vector<bool>& is_omitted);
+    void hear_smaller(std::size_t count, HitLanes& hits) const;
+    Hit heard(const Hit& hit) const;
     void update_few();
     void update_transmissions();
     void update_backing();
@@ -184,8 +201,9 @@ class RayScene {
     std::unique_ptr<Embree> embree_;
     std::vector<Object> objects_;  ///< vertices are kept for moving objects only
     std::vector<Triangle> triangles_;
-    std::vector<Surface> surfaces_;             ///< [triangle]
-    std::vector<Twin> twins_;                   ///< sorted
+    std::vector<Surface> surfaces_;  ///< [triangle]
+    std::vector<Twin> twins_;        ///< sorted
+    CoplanarFaces coplanar_faces_;
     std::vector<char> may_be_backed_;           ///< [triangle]
     std::optional<BruteForceIntersector> few_;  ///< replaces Embree where it is faster
     std::vector<Material> materials_;

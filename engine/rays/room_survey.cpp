@@ -211,11 +211,14 @@ constexpr double kVolumeTolerance = 0.01;
 double enclosed_m3(const RayScene& scene) {
     const glm::dvec3 origin(scene.triangle(0).vertices[0]);
     double volume_m3 = 0;
-    for (const RayScene::Triangle& t : scene.triangles()) {
+    for (std::uint32_t i = 0; i < scene.triangle_count(); ++i) {
+        const RayScene::Triangle& t = scene.triangle(i);
         const glm::dvec3 a = glm::dvec3(t.vertices[0]) - origin;
         const glm::dvec3 b = glm::dvec3(t.vertices[1]) - origin;
         const glm::dvec3 c = glm::dvec3(t.vertices[2]) - origin;
-        volume_m3 += glm::dot(a, glm::cross(b, c)) / 6;
+        const double covered_m2 = scene.coplanar_faces().covered_m2(i);
+        const double heard = covered_m2 > 0 ? 1 - covered_m2 / double{t.area_m2()} : 1;
+        volume_m3 += heard * glm::dot(a, glm::cross(b, c)) / 6;
     }
     return std::abs(volume_m3);
 }
@@ -305,9 +308,10 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
     RoomGeometry room;
     std::vector<double> all_m2;  // [material]
     double total_m2 = 0;
-    for (const RayScene::Triangle& t : scene.triangles()) {
+    for (std::uint32_t i = 0; i < scene.triangle_count(); ++i) {
+        const RayScene::Triangle& t = scene.triangle(i);
         if (t.material >= all_m2.size()) all_m2.resize(t.material + 1);
-        all_m2[t.material] += double{t.area_m2()};
+        all_m2[t.material] += double{t.area_m2()} - scene.coplanar_faces().covered_m2(i);
         total_m2 += double{t.area_m2()};
     }
     room.area_m2.resize(all_m2.size());
@@ -322,6 +326,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
     double length_m = 0;
     for (const AreaSample& sample : sample_area(scene, total_m2, random)) {
         const RayScene::Triangle& triangle = scene.triangle(sample.triangle);
+        if (scene.heard_at(sample.triangle, sample.point) != sample.triangle) continue;
         ++sampled[triangle.material];
         for (const float side : {1.0F, -1.0F}) {
             const Vec3 normal = side * triangle.normal;

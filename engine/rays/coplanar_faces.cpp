@@ -1,0 +1,348 @@
+#include "engine/rays/coplanar_faces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "engine/rays/ray_scene.h"
+#include "engine/rays/scene_planes.h"
+
+namespace aula {
+
+namespace {
+
+using Point = glm::dvec2;
+using Polygon = std::vector<Point>;  // convex, counter-clockwise
+using Overlap = CoplanarFaces::Overlap;
+
+/// Corners that are rounded to millimetres make faces that share an edge overlap by this width.
+constexpr double kSliver_m = 2e-3;
+
+// Bounds of the time and memory for scenes that are heaps of coplanar triangles: below 0.5 s.
+constexpr std::size_t kMostOverlaps = 250'000;
+constexpr std::size_t kMostOnTriangle = 4096;
+constexpr std::size_t kMostComparisons = 20'000'000;
+
+double area_m2(const Polygon& polygon) {
+    double twice = 0;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Point a = polygon[i] - polygon[0];
+        const Point b = polygon[(i + 1) % polygon.size()] - polygon[0];
+        twice += a.x * b.y - a.y * b.x;
+    }
+    return twice / 2;
+}
+
+/// The part of a polygon to the left of the line from a to b, or to the right of it.
+Polygon cut(const Polygon& polygon, const Point& a, const Point& b, bool left) {
+    const auto side = [&](const Point& p) {
+        const double turn = (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+        return left ? turn : -turn;
+    };
+    Polygon part;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Point& p = polygon[i];
+        const Point& q = polygon[(i + 1) % polygon.size()];
+        const double at_p = side(p);
+        const double at_q = side(q);
+        if (at_p >= 0) part.push_back(p);
+        if ((at_p > 0 && at_q < 0) || (at_p < 0 && at_q > 0))
+            part.push_back(p + at_p / (at_p - at_q) * (q - p));
+    }
+    return part;
+}
+
+Polygon intersection(Polygon polygon, const Polygon& other) {
+    for (std::size_t i = 0; i < other.size() && polygon.size() > 2; ++i)
+        polygon = cut(polygon, other[i], other[(i + 1) % other.size()], true);
+    return polygon.size() > 2 ? polygon : Polygon{};
+}
+
+/// Replaces polygons by their parts outside of another one.
+void subtract(std::vector<Polygon>& polygons, const Polygon& other) {
+    std::vector<Polygon> outside;
+    for (Polygon& rest : polygons) {
+        for (std::size_t i = 0; i < other.size() && rest.size() > 2; ++i) {
+            const Point& a = other[i];
+            const Point& b = other[(i + 1) % other.size()];
+            Polygon part = cut(rest, a, b, false);
+            if (part.size() > 2 && area_m2(part) > 0) outside.push_back(std::move(part));
+            rest = cut(rest, a, b, true);
+        }
+    }
+    polygons = std::move(outside);
+}
+
+/// A triangle in the coordinates of its plane.
+struct Face {
+    std::uint32_t triangle = 0;
+    Polygon corners;
+    Point low{0};
+    Point high{0};
+    std::size_t region = 0;
+};
+
+bool is_wider_than_sliver(const Point& low, const Point& high) {
+    return high.x - low.x > kSliver_m && high.y - low.y > kSliver_m;
+}
+
+bool overlap(const Face& a, const Face& b) {
+    return is_wider_than_sliver(glm::max(a.low, b.low), glm::min(a.high, b.high));
+}
+
+/// The faces of one plane.
+class Plane {
+ public:
+    Plane(const RayScene& scene, const ScenePlanes::Plane& plane,
+          std::span<const std::pair<std::uint32_t, std::uint32_t>> members)
+        : scene_(scene) {
+        const glm::dvec3& n = plane.normal;
+        const glm::dvec3 across = glm::normalize(
+            glm::cross(n, std::abs(n.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+        axes_ = {across, glm::cross(n, across)};
+        origin_ = glm::dvec3(scene.triangle(plane.reference).vertices[0]);
+        for (const auto& [_, triangle] : members) {
+            Face face{.triangle = triangle, .corners = {}};
+            for (const Vec3& v : scene.triangle(triangle).vertices) {
+                const glm::dvec3 d = glm::dvec3(v) - origin_;
+                face.corners.emplace_back(glm::dot(d, axes_[0]), glm::dot(d, axes_[1]));
+            }
+            if (area_m2(face.corners) < 0) std::swap(face.corners[1], face.corners[2]);
+            face.low = glm::min(glm::min(face.corners[0], face.corners[1]), face.corners[2]);
+            face.high = glm::max(glm::max(face.corners[0], face.corners[1]), face.corners[2]);
+            faces_.push_back(std::move(face));
+        }
+    }
+
+    /// Nothing if there are too many. `comparisons` is what is left of their number.
+    std::optional<std::vector<Overlap>> overlaps(std::size_t& comparisons) {
+        const auto pairs = overlapping(comparisons);
+        if (!pairs) return std::nullopt;
+        if (pairs->empty()) return std::vector<Overlap>();
+        const std::vector<Rank> ranks = find_regions();
+        std::map<std::size_t, std::vector<std::size_t>> on;  // covered face -> faces heard on it
+        for (auto [a, b] : *pairs) {
+            if (are_equal(ranks[faces_[a].region], ranks[faces_[b].region])) continue;
+            if (ranks[faces_[a].region] < ranks[faces_[b].region]) std::swap(a, b);
+            on[a].push_back(b);
+        }
+        std::vector<Overlap> found;
+        for (auto& [covered, heard] : on) {
+            if (heard.size() > kMostOnTriangle) return std::nullopt;
+            std::sort(heard.begin(), heard.end(), [&](std::size_t a, std::size_t b) {
+                return std::tie(ranks[faces_[a].region], faces_[a].triangle) <
+                       std::tie(ranks[faces_[b].region], faces_[b].triangle);
+            });
+            for (std::size_t i = 0; i < heard.size(); ++i)
+                found.push_back(part(faces_[covered], std::span(heard).first(i), heard[i]));
+        }
+        return found;
+    }
+
+ private:
+    /// The area and the first triangle of a face: the least is heard.
+    using Rank = std::pair<double, std::uint32_t>;
+    using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+    /// True for areas that differ by the rounding of coordinates.
+    static bool are_equal(const Rank& a, const Rank& b) {
+        return std::abs(a.first - b.first) < 1e-4 * std::max(a.first, b.first);
+    }
+
+    std::pair<std::uint32_t, std::uint32_t> kind(const Face& face) const {
+        const RayScene::Triangle& t = scene_.triangle(face.triangle);
+        return {t.object, t.material};
+    }
+
+    std::optional<Pairs> overlapping(std::size_t& comparisons) {
+        std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {
+            return std::tie(a.low.x, a.triangle) < std::tie(b.low.x, b.triangle);
+        });
+        Pairs pairs;
+        for (std::size_t a = 0; a < faces_.size(); ++a) {
+            for (std::size_t b = a + 1;
+                 b < faces_.size() && faces_[b].low.x < faces_[a].high.x - kSliver_m; ++b) {
+                if (comparisons-- == 0) {
+                    comparisons = 0;
+                    return std::nullopt;
+                }
+                if (!overlap(faces_[a], faces_[b]) || kind(faces_[a]) == kind(faces_[b])) continue;
+                const Polygon common = intersection(faces_[a].corners, faces_[b].corners);
+                if (common.empty()) continue;
+                double longest_m = 0;
+                for (const Point& p : common)
+                    longest_m = std::max(longest_m, glm::distance(p, common[0]));
+                if (area_m2(common) > kSliver_m * longest_m) pairs.emplace_back(a, b);
+                if (pairs.size() > kMostOverlaps) return std::nullopt;
+            }
+        }
+        return pairs;
+    }
+
+    /// Joins the faces of one kind that share a corner.
+    std::vector<Rank> find_regions() {
+        std::vector<std::size_t> parent(faces_.size());
+        std::iota(parent.begin(), parent.end(), std::size_t{0});
+        const auto root = [&](std::size_t face) {
+            while (parent[face] != face) face = parent[face] = parent[parent[face]];
+            return face;
+        };
+        using Corner = std::tuple<std::uint32_t, std::uint32_t, float, float, float>;
+        std::vector<std::pair<Corner, std::size_t>> corners;
+        for (std::size_t f = 0; f < faces_.size(); ++f) {
+            const auto [object, material] = kind(faces_[f]);
+            for (const Vec3& v : scene_.triangle(faces_[f].triangle).vertices)
+                corners.push_back({{object, material, v.x, v.y, v.z}, f});
+        }
+        std::sort(corners.begin(), corners.end());
+        for (std::size_t i = 1; i < corners.size(); ++i) {
+            if (corners[i].first == corners[i - 1].first)
+                parent[root(corners[i].second)] = root(corners[i - 1].second);
+        }
+        std::vector<Rank> ranks(faces_.size(), {0, scene_.triangle_count()});
+        for (std::size_t f = 0; f < faces_.size(); ++f) {
+            faces_[f].region = root(f);
+            auto& [area, first] = ranks[faces_[f].region];
+            area += area_m2(faces_[f].corners);
+            first = std::min(first, faces_[f].triangle);
+        }
+        return ranks;
+    }
+
+    /// The part of a face on which `heard` is heard and none of `before`.
+    Overlap part(const Face& covered, std::span<const std::size_t> before,
+                 std::size_t heard) const {
+        const Face& face = faces_[heard];
+        std::vector<Polygon> rest{intersection(covered.corners, face.corners)};
+        const Polygon whole = rest[0];
+        for (const std::size_t other : before) {
+            if (overlap(face, faces_[other])) subtract(rest, faces_[other].corners);
+        }
+        Overlap result{.covered = covered.triangle, .heard = face.triangle};
+        for (const Polygon& polygon : rest) result.area_m2 += area_m2(polygon);
+        const Polygon& shown = rest.empty() ? whole : rest[0];
+        const Point middle = std::accumulate(shown.begin(), shown.end(), Point(0)) /
+                             static_cast<double>(shown.size());
+        result.middle = Vec3(origin_ + middle.x * axes_[0] + middle.y * axes_[1]);
+        return result;
+    }
+
+    const RayScene& scene_;
+    std::array<glm::dvec3, 2> axes_{};
+    glm::dvec3 origin_{0};
+    std::vector<Face> faces_;
+};
+
+}  // namespace
+
+CoplanarFaces::CoplanarFaces(const RayScene& scene, const ScenePlanes& planes,
+                             const std::vector<bool>& is_omitted) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> members;  // plane, triangle
+    for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
+        const std::uint32_t plane = planes.of_triangle(t);
+        if (plane != ScenePlanes::kNoPlane && !is_omitted[t] && !scene.moves(scene.triangle(t)))
+            members.emplace_back(plane, t);
+    }
+    std::sort(members.begin(), members.end());
+    std::size_t comparisons = kMostComparisons;
+    for (auto from = members.begin(); from != members.end();) {
+        const auto& first = scene.triangle(from->second);
+        bool one_kind = true;
+        auto to = from;
+        for (; to != members.end() && to->first == from->first; ++to) {
+            const auto& t = scene.triangle(to->second);
+            one_kind = one_kind && t.material == first.material && t.object == first.object;
+        }
+        if (!one_kind) {
+            const auto found =
+                Plane(scene, planes[from->first], std::span(from, to)).overlaps(comparisons);
+            if (found && overlaps_.size() + found->size() <= kMostOverlaps)
+                overlaps_.insert(overlaps_.end(), found->begin(), found->end());
+        }
+        from = to;
+    }
+    if (overlaps_.empty()) return;
+    std::stable_sort(overlaps_.begin(), overlaps_.end(),
+                     [](const Overlap& a, const Overlap& b) { return a.covered < b.covered; });
+    index_of_.assign(scene.triangle_count(), kNone);
+    for (auto from = overlaps_.begin(); from != overlaps_.end();) {
+        const auto to = std::find_if(from, overlaps_.end(),
+                                     [&](const Overlap& o) { return o.covered != from->covered; });
+        add(scene, {from, to});
+        from = to;
+    }
+}
+
+int CoplanarFaces::Grid::cell(int axis, float at_m) const {
+    return std::clamp(static_cast<int>((at_m - low[axis]) * cells_per_m[axis]), 0, side - 1);
+}
+
+void CoplanarFaces::add(const RayScene& scene, std::span<const Overlap> on_one_triangle) {
+    const RayScene::Triangle& covered = scene.triangle(on_one_triangle[0].covered);
+    const Vec3 n = glm::abs(covered.normal);
+    Grid grid;
+    grid.axes = n.x >= n.y && n.x >= n.z ? std::array{1, 2}
+                : n.y >= n.z             ? std::array{0, 2}
+                                         : std::array{0, 1};
+    // About one triangle in a cell.
+    grid.side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(on_one_triangle.size()))));
+    Bounds bounds;
+    bounds.add(covered.vertices);
+    for (int k = 0; k < 2; ++k) {
+        const int axis = grid.axes[static_cast<std::size_t>(k)];
+        grid.low[k] = bounds.min[axis];
+        grid.cells_per_m[k] =
+            static_cast<float>(grid.side) / std::max(bounds.max[axis] - bounds.min[axis], 1e-6F);
+    }
+    std::vector<std::vector<std::uint32_t>> cells(static_cast<std::size_t>(grid.side * grid.side));
+    for (const Overlap& overlap : on_one_triangle) {
+        Bounds part;
+        part.add(scene.triangle(overlap.heard).vertices);
+        std::array<std::array<int, 2>, 2> range{};
+        for (int k = 0; k < 2; ++k) {
+            const auto i = static_cast<std::size_t>(k);
+            range[i] = {grid.cell(k, part.min[grid.axes[i]]), grid.cell(k, part.max[grid.axes[i]])};
+        }
+        for (int y = range[1][0]; y <= range[1][1]; ++y) {
+            for (int x = range[0][0]; x <= range[0][1]; ++x)
+                cells[static_cast<std::size_t>(y * grid.side + x)].push_back(overlap.heard);
+        }
+    }
+    for (const auto& cell : cells) {
+        grid.begin.push_back(static_cast<std::uint32_t>(grid.triangles.size()));
+        grid.triangles.insert(grid.triangles.end(), cell.begin(), cell.end());
+    }
+    grid.begin.push_back(static_cast<std::uint32_t>(grid.triangles.size()));
+    index_of_[on_one_triangle[0].covered] = static_cast<std::uint32_t>(grids_.size());
+    grids_.push_back(std::move(grid));
+}
+
+double CoplanarFaces::covered_m2(std::uint32_t triangle) const {
+    if (!is_covered(triangle)) return 0;
+    const auto first = std::lower_bound(
+        overlaps_.begin(), overlaps_.end(), triangle,
+        [](const Overlap& overlap, std::uint32_t t) { return overlap.covered < t; });
+    double sum_m2 = 0;
+    for (auto o = first; o != overlaps_.end() && o->covered == triangle; ++o) sum_m2 += o->area_m2;
+    return sum_m2;
+}
+
+std::span<const std::uint32_t> CoplanarFaces::candidates(std::uint32_t triangle,
+                                                         const Vec3& point) const {
+    if (!is_covered(triangle)) return {};
+    const Grid& grid = grids_[index_of_[triangle]];
+    const int x = grid.cell(0, point[grid.axes[0]]);
+    const int y = grid.cell(1, point[grid.axes[1]]);
+    const auto cell = static_cast<std::size_t>(y * grid.side + x);
+    return std::span(grid.triangles)
+        .subspan(grid.begin[cell], grid.begin[cell + 1] - grid.begin[cell]);
+}
+
+}  // namespace aula
