@@ -35,6 +35,29 @@ TEST_CASE("Positions in a room without a ceiling are inside") {
     CHECK(info.out.find("the source \"high\" is outside the room") != std::string::npos);
 }
 
+TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is neither") {
+    const TemporaryFolder folder;
+    const std::string scene = R"({"aula": 1, "geometry": [
+        {"box": [5, 4, 3], "material": "brick"},
+        {"vertices": [[1,0,1], [3,0,1], [3,0,2], [1,0,2]], "faces": [[0,1,2,3]],
+         "material": "glass"},
+        {"box": [1, 0.5, 2], "min": [0, 1, 0], "material": "wood"}],
+        "sources": [{"name": "s", "position": [4, 1, 1.5], "signal": "impulse"}],
+        "listener": {"position": [3, 3, 1.5]}})";
+    const std::string file = folder.write("window.json", scene);
+    const ProgramResult check = run_program({AULA_PROGRAM, "check", file});
+    CHECK(check.status == 0);
+    CHECK(check.err == "aula: warning: " + file +
+                           ": 2 m2 of \"glass\" are in the plane of \"brick\", as at (2.33, 0.00, "
+                           "1.33): of faces that overlap, the smaller one is heard\n");
+    CHECK(run_program({AULA_PROGRAM, "check", file, "--strict"}).status == 3);
+    const ProgramResult info = run_program({AULA_PROGRAM, "info", file});
+    // Without the window and the areas at the cupboard, which has 5 m2 in the room.
+    CHECK_THAT(info.out, Contains("brick                         89.5 m2") &&
+                             Contains("glass                          2.0 m2") &&
+                             Contains("wood                           5.0 m2"));
+}
+
 TEST_CASE(
     "A position outside the room is a warning, and a full disk behind standard output gives status "
     "1") {
