@@ -48,14 +48,14 @@ TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is 
     const ProgramResult check = run_program({AULA_PROGRAM, "check", file});
     CHECK(check.status == 0);
     CHECK(check.err == "aula: warning: " + file +
-                           ": 2 m2 of \"glass\" are in the plane of \"brick\", as at (2.33, 0.00, "
-                           "1.33): of faces that overlap, the smaller one is heard\n");
+                           ": 2 m2 of \"glass\" are in the plane of \"brick\", as at (1.48, 0.00, "
+                           "1.34): of faces that overlap, the smaller one is heard\n");
     CHECK(run_program({AULA_PROGRAM, "check", file, "--strict"}).status == 3);
     const ProgramResult info = run_program({AULA_PROGRAM, "info", file});
-    // Without the window and the areas at the cupboard, which has 5 m2 in the room.
-    CHECK_THAT(info.out, Contains("brick                         89.5 m2") &&
+    // Without the window and the areas at the cupboard, which has 5.5 m2 in the room.
+    CHECK_THAT(info.out, Contains("brick                         90.5 m2") &&
                              Contains("glass                          2.0 m2") &&
-                             Contains("wood                           5.0 m2"));
+                             Contains("wood                           5.5 m2"));
 }
 
 TEST_CASE(
