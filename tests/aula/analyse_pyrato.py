@@ -63,16 +63,41 @@ def expected(samples, rate):
     return values
 
 
+SPEECH_DB = (57.9, 57.9, 54.2, 48.2, 42.2, 36.2, 30.2)  # 125 Hz to 8 kHz
+NOISE_DB = tuple(level - 10 for level in SPEECH_DB)
+
+
+def speech_indices(samples, rate):
+    """STI by pyrato, without and with levels of speech and noise."""
+    # It needs 1.6 s.
+    signal = pf.Signal(np.pad(samples, (0, max(0, int(1.7 * rate) - samples.size))), rate)
+    index = pyrato.parameters.speech_transmission_index_indirect
+    with_levels = index(signal, level=np.array(SPEECH_DB), snr=np.full(7, 10.0))
+    return float(index(signal).item()), float(with_levels.item())
+
+
+def analysed(program, file, out, *options):
+    subprocess.run([program, "analyse", file, "--out", out, "--quiet", *options], check=True,
+                   stdout=subprocess.DEVNULL)
+    return json.loads(out.read_text())["responses"][0]
+
+
 def main(program, files):
-    worst = {"T20": 0, "T30": 0, "C80": 0}
+    worst = {"T20": 0, "T30": 0, "C80": 0, "STI": 0}
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         for file in files or synthetic(folder):
             out = folder / "out.json"
-            subprocess.run([program, "analyse", file, "--out", out, "--quiet"], check=True,
-                           stdout=subprocess.DEVNULL)
-            found = json.loads(out.read_text())["responses"][0]["bands"]
+            response = analysed(program, file, out)
+            found = response["bands"]
             samples, rate = soundfile.read(file, always_2d=True)
+            noisy = analysed(program, file, out, "--speech-level",
+                             ",".join(map(str, (0, *SPEECH_DB))), "--noise-level",
+                             ",".join(map(str, (0, *NOISE_DB))))
+            for mine, value in zip((response["STI"], noisy["STI"]),
+                                   speech_indices(samples[:, 0], rate)):
+                worst["STI"] = max(worst["STI"], abs(mine - value))
+                print(f"{pathlib.Path(file).name:30} STI {mine:7.3f} pyrato {value:7.3f}")
             for octave, values in expected(samples[:, 0], rate).items():
                 for key, value in values.items():
                     mine = found[str(octave)][key]
@@ -83,7 +108,7 @@ def main(program, files):
                     print(f"{pathlib.Path(file).name:30} {octave:5} Hz {key} {mine:7.3f} "
                           f"pyrato {value:7.3f}")
     # Of other octave filters: a decay time of 35 dB in 0.3 s has other noise at 125 Hz.
-    limits = {"T20": 0.03, "T30": 0.03, "C80": 0.3}
+    limits = {"T20": 0.03, "T30": 0.03, "C80": 0.3, "STI": 0.01}
     print(worst)
     return any(worst[key] > limit for key, limit in limits.items())
 
