@@ -21,6 +21,7 @@
 #include "apps/session/base/output_file.h"
 #include "apps/session/base/output_folder.h"
 #include "aula/exception.h"
+#include "engine/input/json.h"
 
 namespace aula {
 
@@ -140,6 +141,30 @@ RoomGeometry geometry_of(const Measurement& measurement, const RayScene& rays) {
     return measure_room(rays, inside, measurement.simulation.seed);
 }
 
+const JsonValue* member(const JsonValue& value, const std::string& key) {
+    const auto* const object = std::get_if<JsonValue::Object>(&value.value);
+    if (object == nullptr) return nullptr;
+    for (const JsonMember& item : *object)
+        if (item.key == key) return &item.value;
+    return nullptr;
+}
+
+/// The layers of the mesh files of a scene's JSON, which has been read without errors.
+std::vector<LayerMaterial> layers_of(const JsonValue& scene) {
+    std::vector<LayerMaterial> layers;
+    const JsonValue* const geometry = member(scene, "geometry");
+    if (geometry == nullptr) return layers;
+    for (const JsonValue& object : std::get<JsonValue::Array>(geometry->value)) {
+        const JsonValue* const file = member(object, "file");
+        const JsonValue* const materials = member(object, "materials");
+        if (file == nullptr || materials == nullptr) continue;
+        const std::string name = fs::path(std::get<std::string>(file->value)).filename().string();
+        for (const JsonMember& layer : std::get<JsonValue::Object>(materials->value))
+            layers.push_back({name, layer.key, std::get<std::string>(layer.value.value)});
+    }
+    return layers;
+}
+
 /// The measured values that a report compares with; prints warnings.
 std::vector<MeasuredResponse> measured_responses(const Arguments& arguments) {
     std::vector<MeasuredResponse> all;
@@ -177,9 +202,14 @@ int map_room(const Arguments& arguments) {
 }
 
 int report_room(const Arguments& arguments) {
-    const Scene scene = read_scene(arguments);
+    LoadedScene loaded = read_scene_file(arguments.scene, arguments);
+    change_scene(loaded.scene, arguments);
+    const Scene& scene = loaded.scene;
+    check_outputs(arguments, scene);
     const std::vector<MeasuredResponse> measured = measured_responses(arguments);
     OutputFile file(arguments.html);
+    std::optional<OutputFile> json;
+    if (arguments.json) json.emplace(*arguments.json);
     std::vector<std::string> names;
     std::vector<Pose> receivers;
     for (const NamedReceiver& receiver : arguments.receivers) {
@@ -198,8 +228,11 @@ int report_room(const Arguments& arguments) {
     warn(measurement->warnings, arguments.quiet);
     const TaskLine line("writing the report", !arguments.quiet);
     const RayScene rays(scene);
-    const float height_m = receivers[0].position.z;
-    file.write(report_html({.title = arguments.scene.stem().string(),
+    float height_m = 0;
+    for (const Pose& receiver : receivers)
+        height_m += receiver.position.z / static_cast<float>(receivers.size());
+    const RoomReport report{.head = arguments.head,
+                            .title = arguments.scene.stem().string(),
                             .program = "aula " AULA_VERSION,
                             .scene_hash = scene_hash(scene),
                             .scene = scene,
@@ -209,8 +242,13 @@ int report_room(const Arguments& arguments) {
                             .room = geometry_of(*measurement, rays),
                             .plan = floor_plan(rays, height_m),
                             .plan_height_m = height_m,
-                            .measured = measured}));
+                            .layers = layers_of(*loaded.json),
+                            .guesses = loaded.guesses,
+                            .measured = measured};
+    file.write(report_html(report));
+    if (json) json->write(room_report_json(report));
     file.commit();
+    if (json) json->commit();
     return 0;
 }
 

@@ -53,7 +53,8 @@ std::vector<fs::path> outputs_of(const Arguments& arguments, const Scene& scene)
     if (!arguments.out.empty())
         for (std::size_t s = 0; s < scene.sources.size(); ++s)
             files.push_back(map_files(arguments, scene, s, kMappedParameters[0]).table);
-    for (const auto& file : {arguments.echogram, arguments.report_json, arguments.screenshot})
+    for (const auto& file :
+         {arguments.echogram, arguments.report_json, arguments.json, arguments.screenshot})
         if (file) files.push_back(*file);
     return files;
 }

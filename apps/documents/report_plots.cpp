@@ -93,4 +93,49 @@ std::string echogram_svg(const EnergyResponse& response) {
     return plot.svg();
 }
 
+std::string decay_time_svg(const PositionAverage& average,
+                           const std::optional<double>& schroeder_hz) {
+    constexpr auto kT30 = static_cast<std::size_t>(AcousticParameter::t30);
+    constexpr const char* kMean = "#0072b2";
+    constexpr const char* kGrey = "#999999";
+    std::vector<std::string> names;
+    std::vector<glm::dvec2> means;
+    std::vector<std::array<glm::dvec2, 2>> bars;
+    double largest_s = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        names.push_back(band_name(b));
+        const std::optional<double>& mean_s = average.mean.octaves[kT30][b].value;
+        if (!mean_s) continue;
+        const double spread_s = average.deviation.octaves[kT30][b].value.value_or(0);
+        const auto x = static_cast<double>(b);
+        means.emplace_back(x, *mean_s);
+        bars.push_back({glm::dvec2(x, *mean_s - spread_s), glm::dvec2(x, *mean_s + spread_s)});
+        largest_s = std::max(largest_s, *mean_s + spread_s);
+    }
+    if (means.empty()) return {};
+    SvgPlot plot({"octave in Hz", -0.5, kBandCount - 0.5, names}, {"T30 in s", 0, 1.1 * largest_s});
+    const auto is_valid = [&](const glm::dvec2& point) {
+        return !schroeder_hz ||
+               double{kBandCentres_hz[static_cast<std::size_t>(point.x)]} >= *schroeder_hz;
+    };
+    // The part below the Schroeder frequency ends where the other begins.
+    const auto first_valid = std::find_if(means.begin(), means.end(), is_valid);
+    if (first_valid != means.begin())
+        plot.line({means.begin(), first_valid == means.end() ? first_valid : first_valid + 1},
+                  kGrey, "below f_S");
+    if (first_valid != means.end()) plot.line({first_valid, means.end()}, kMean, "mean");
+    bool is_named = false;
+    for (const auto& [low, high] : bars) {
+        if (low.y == high.y) continue;
+        constexpr double kCap = 0.06;
+        const char* const colour = is_valid(low) ? kMean : kGrey;
+        const bool names_it = is_valid(low) && !is_named;
+        plot.line({low, high}, colour, names_it ? "deviation" : "");
+        is_named = is_named || names_it;
+        for (const glm::dvec2& end : {low, high})
+            plot.line({end - glm::dvec2(kCap, 0), end + glm::dvec2(kCap, 0)}, colour);
+    }
+    return plot.svg();
+}
+
 }  // namespace aula

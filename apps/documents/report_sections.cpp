@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/documents/parameter_text.h"
+#include "apps/documents/position_average.h"
 #include "apps/documents/svg_plot.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/offline/measurement_text.h"
@@ -56,40 +57,6 @@ struct Compared {
     PairParameters simulated;
 };
 
-/// Calls `visit` with each value and the values at the same place of all others.
-template <typename Visit>
-void for_each_value(PairParameters& out, std::span<const PairParameters* const> all,
-                    const Visit& visit) {
-    std::vector<std::optional<double>> values(all.size());
-    const auto visited = [&](MeasuredValue& value, const auto& of) {
-        for (std::size_t i = 0; i < all.size(); ++i) values[i] = of(*all[i]).value;
-        visit(value, values);
-    };
-    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
-        for (std::size_t b = 0; b < kBandCount; ++b)
-            visited(out.octaves[p][b], [&](const PairParameters& of) { return of.octaves[p][b]; });
-        visited(out.broadband[p], [&](const PairParameters& of) { return of.broadband[p]; });
-    }
-    visited(out.sti, [](const PairParameters& of) { return of.sti; });
-}
-
-/// The means of the values that are known.
-PairParameters mean_of(std::span<const PairParameters* const> all) {
-    PairParameters mean;
-    for_each_value(mean, all,
-                   [](MeasuredValue& value, const std::vector<std::optional<double>>& values) {
-                       double sum = 0;
-                       double count = 0;
-                       for (const std::optional<double>& x : values) {
-                           if (!x) continue;
-                           sum += *x;
-                           ++count;
-                       }
-                       if (count > 0) value.value = sum / count;
-                   });
-    return mean;
-}
-
 /// The pair that a measured response belongs to.
 std::optional<std::size_t> pair_named(const RoomReport& report, const std::string& name) {
     const Measurement& m = report.measurement;
@@ -119,12 +86,10 @@ std::vector<Compared> comparisons(const RoomReport& report) {
         }
     }
     if (others.empty()) return all;
-    std::vector<const PairParameters*> pairs;
-    for (std::size_t pair = 0; pair < m.parameters.size(); ++pair)
-        if (m.audible[pair]) pairs.push_back(&m.parameters[pair]);
+    const std::vector<const PairParameters*> pairs = audible_parameters(m);
     all.push_back({"Mean of " + counted(others.size(), "measured response") + " and of " +
                        counted(pairs.size(), "simulated pair"),
-                   mean_of(others), mean_of(pairs)});
+                   average_over_positions(others).mean, average_over_positions(pairs).mean});
     return all;
 }
 

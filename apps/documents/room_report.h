@@ -10,8 +10,24 @@
 
 namespace aula {
 
+/// Whom a report is for and from, as given; what is empty is left out.
+struct ReportHead {
+    std::string project;
+    std::string client;
+    std::string author;
+    std::string date;
+};
+
+/// The material that a layer of a mesh file has.
+struct LayerMaterial {
+    std::string file;
+    std::string layer;
+    std::string material;
+};
+
 /// What a report of a room's measurement contains.
 struct RoomReport {
+    ReportHead head{};
     std::string title;                   ///< name of the scene
     std::string program;                 ///< name and version
     std::string scene_hash;              ///< of all that affects results
@@ -19,15 +35,24 @@ struct RoomReport {
     const Measurement& measurement;      ///< with parameters
     std::vector<std::string> receivers;  ///< [receiver] names
     bool frames_given = false;           ///< so that standard errors are unknown
-    const RoomGeometry& room;
-    const FloorPlan& plan;
+    RoomGeometry room;
+    FloorPlan plan;
     float plan_height_m = 0;                   ///< z of the plan
+    std::vector<LayerMaterial> layers{};       ///< of the scene's mesh files
+    std::vector<std::string> guesses{};        ///< what a model did not say
     std::vector<MeasuredResponse> measured{};  ///< to compare with the simulation
 };
 
 /// The report as one HTML file with inline SVG, without scripts or other files: single numbers of
-/// all pairs, a plan, conditions, materials, and for each pair a table of octaves with standard
-/// errors, decay curves and an echogram. The same input gives the same bytes.
+/// all pairs, their mean and standard deviation over positions, a plan, conditions, materials with
+/// the sources of their coefficients, and for each pair a table of octaves with standard errors,
+/// decay curves and an echogram. Octaves below the Schroeder frequency are marked. The same input
+/// gives the same bytes.
 std::string report_html(const RoomReport& report);
+
+/// The same values as JSON: {"sources":[..],"receivers":[..],"pairs":[{"source":..,"receiver":..,
+/// "bands":{..},"broadband":{..},"STI":..,"standard_errors":{..}}],"positions":{"count":..,
+/// "mean":{..},"standard_deviation":{..}},"schroeder_frequency_hz":..}.
+std::string room_report_json(const RoomReport& report);
 
 }  // namespace aula

@@ -437,6 +437,10 @@ std::vector<Vec3> inside_room(const RayScene& scene, std::span<const Vec3> posit
     return inside;
 }
 
+double schroeder_frequency_hz(double reverberation_time_s, double volume_m3) {
+    return 2000 * std::sqrt(reverberation_time_s / volume_m3);
+}
+
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium) {
     return sabine_time_s(survey.mean_free_path_m, survey.mean_absorption,
                          medium.attenuation_per_m(), double{medium.speed_of_sound_m_s()});

@@ -87,6 +87,10 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> posi
 std::vector<Vec3> inside_room(const RayScene& scene, std::span<const Vec3> positions,
                               std::uint64_t seed);
 
+/// Schroeder's frequency in Hz, 2000 sqrt(T / V): below it single modes are heard, and neither rays
+/// nor a diffuse field describe a room (Schroeder and Kuttruff 1962).
+double schroeder_frequency_hz(double reverberation_time_s, double volume_m3);
+
 /// Sabine's reverberation time of each band in s, including air absorption; infinite without loss.
 Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium);
 

@@ -65,7 +65,7 @@ TEST_CASE("A report has all pairs, is one well-formed file, and the same again")
     const std::string html = report(scene, out, options);
     CHECK(open_tags(html) == "");
     CHECK(count_of(html, "<section>") == 4);
-    CHECK(count_of(html, "<svg xmlns") == 9);  // the plan, two plots for each pair
+    CHECK(count_of(html, "<svg xmlns") == 10);  // the plan, T30, two plots for each pair
     for (const char* const part :
          {"room &amp; hall", "&lt;i&gt;&quot;bell&quot; &amp; co at &lt;seat&gt;", "hiss at back",
           "aula " AULA_VERSION, "60.0 m³", "343.2 m/s", "<td>35.0</td>", ">wall<",
@@ -88,7 +88,7 @@ TEST_CASE("A report without a number of frames has the standard errors of its va
     CHECK(html.find("click at listener") != std::string::npos);
     CHECK(html.find("unknown: the room is not closed") != std::string::npos);
     // G of a free field at 3.432 m: 20 log10(10 / 3.432) = 9.29 dB.
-    CHECK(html.find("<td>9.3<small>± 0.000</small></td>") != std::string::npos);
+    CHECK(html.find("<td>9.3<small>&lt; 0.1</small></td>") != std::string::npos);
     CHECK(open_tags(html) == "");
 }
 
@@ -160,6 +160,10 @@ TEST_CASE("Bad options of a report are refused with one line and status 2") {
         {{"report", scene, "--html", out, "--measured", scene}, {"room.json", "format"}},
         {{scene, "--measured", "m.csv"}, {"--measured", "aula report"}},
         {{scene, "--html", out}, {"--html", "aula report"}},
+        {{scene, "--project", "hall"}, {"--project", "aula report"}},
+        {{"map", scene, "--out", out, "--json", out}, {"--json", "aula report"}},
+        {{"report", scene, "--html", out, "--json", out}, {"is the file of two outputs"}},
+        {{"report", scene, "--html", out, "--json", scene}, {"would replace the input"}},
         {{"map", scene, "--out", out, "--receiver", "a=1,1,1"}, {"--receiver", "aula report"}},
     };
     for (const Refused& bad : all) require_refused(folder, bad.arguments, bad.parts);
@@ -176,6 +180,63 @@ TEST_CASE("An interrupted report leaves no file") {
     INFO(result.err);
     CHECK(result.status == 143);
     CHECK(names_in(folder.path()) == std::vector<std::string>{"room.json"});
+}
+
+TEST_CASE("A report has its head, averages over positions, distances and sources of coefficients") {
+    const TemporaryFolder folder;
+    folder.write("room.obj", R"(v 0 0 0
+v 5 0 0
+v 5 4 0
+v 0 4 0
+v 0 0 3
+v 5 0 3
+v 5 4 3
+v 0 4 3
+usemtl Floor_Oak
+f 1 2 3 4
+usemtl Walls
+f 8 7 6 5
+f 1 5 6 2
+f 2 6 7 3
+f 3 7 8 4
+f 4 8 5 1
+)");
+    const std::string scene = folder.write("room.json", R"({"aula": 1, "geometry": [
+        {"file": "room.obj", "materials": {"Floor_Oak": "wood", "Walls": "painted"}}],
+        "materials": {"painted": {"absorption": 0.2}},
+        "sources": [{"name": "voice", "position": [1, 1, 1.5], "yaw_deg": 30, "gain_db": -6}],
+        "listener": {"position": [3, 3, 1.2]}})");
+    const std::filesystem::path out = folder.path() / "out.html";
+    const std::filesystem::path json = folder.path() / "out.json";
+    const std::string html = report(
+        scene, out,
+        {"--rays", "50", "--receiver", "front=3,1,1", "--receiver", "back=4,1,2", "--json", json,
+         "--project", "Hall <1>", "--client", "City", "--author", "A. B.", "--date", "2026-11-28"});
+    for (const char* const part :
+         {"<td>project</td><td>Hall &lt;1&gt;</td>", "<td>client</td><td>City</td>",
+          "<td>author</td><td>A. B.</td>", "<td>date</td><td>2026-11-28</td>",
+          "<td>front</td><td>2.06</td>", "<td>back</td><td>3.04</td>",
+          "<td>30°, 0°</td><td>-6</td>", "Plan at the height of 1.50 m", "mean over positions",
+          "standard deviation", "<td>wood</td><td>Aula&#39;s library. absorption: 16 mm wood",
+          "<td>painted</td><td>given by the scene</td>",
+          "<td>room.obj</td><td>Floor_Oak</td><td>wood</td>", "T30, mean and standard deviation",
+          "Schroeder frequency", "<th>63 *</th>", "<th>1000</th>"})
+        CHECK((html.find(part) != std::string::npos ? "" : part) == std::string());
+    CHECK(open_tags(html) == "");
+    // No error is written as zero: digits follow it.
+    CHECK_FALSE(std::regex_search(html, std::regex("± 0\\.?0*<")));
+    const std::string values = read_file(json);
+    for (const char* const part :
+         {R"("receiver":"back","bands":{)", R"("standard_errors":{"bands":{)",
+          R"("positions":{"count":2,)", R"("standard_deviation":{"bands":{)",
+          R"("schroeder_frequency_hz":)"})
+        CHECK((values.find(part) != std::string::npos ? "" : part) == std::string());
+    // Companion: a scene without these, and a model, whose guesses are in the document.
+    const std::string model = report(folder.path() / "room.obj", out, {"--frames", "1"});
+    for (const char* const part : {"<td>project</td>", "<td>date</td>", "mean over positions"})
+        CHECK(model.find(part) == std::string::npos);
+    CHECK(model.find("<td>room.obj</td><td>Floor_Oak</td><td>wood</td>") != std::string::npos);
+    CHECK(model.find("material &quot;Walls&quot;: plaster") != std::string::npos);
 }
 
 TEST_CASE("A report without a terminal writes its progress as lines") {
@@ -223,5 +284,6 @@ TEST_CASE("A browser shows a report within the width of a page") {
     REQUIRE(std::regex_search(shown.out, found, std::regex("data-width=\"(\\d+)\"")));
     CHECK(std::stoi(found[1]) <= 1050);
     REQUIRE(std::regex_search(shown.out, found, std::regex("data-plots=\"(\\d+)\"")));
-    CHECK(std::stoi(found[1]) == 9);  // eight decays and the echogram
+    // Eight decays, the echogram, T30 below and above the Schroeder frequency.
+    CHECK(std::stoi(found[1]) == 11);
 }

@@ -167,6 +167,12 @@ class Options {
     /// Options of the commands `map`, `report` and `import`, which other commands do not have.
     void add_documents() {
         path("--html", html_);
+        path("--json", arguments_.json);
+        for (const auto& [name, text] : {std::pair("--project", &arguments_.head.project),
+                                         std::pair("--client", &arguments_.head.client),
+                                         std::pair("--author", &arguments_.head.author),
+                                         std::pair("--date", &arguments_.head.date)})
+            app_.add_option(name, *text);
         app_.add_option("--receiver", receivers_)->allow_extra_args(false);
         app_.add_option("--measured", arguments_.measured)->allow_extra_args(false);
         path("--out", out_);
@@ -394,7 +400,8 @@ class Options {
         for (const char* const name : {"--height", "--spacing", "--interaural"})
             refuse(Command::map, "map", name);
         for (const char* const name : {"--scale", "--up"}) refuse(Command::import, "import", name);
-        for (const char* const name : {"--html", "--receiver", "--measured"})
+        for (const char* const name : {"--html", "--json", "--receiver", "--measured", "--project",
+                                       "--client", "--author", "--date"})
             refuse(Command::report, "report", name);
         refuse(Command::check, "check", "--strict");
         if (word == Command::map || word == Command::report)

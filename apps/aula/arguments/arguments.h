@@ -8,6 +8,7 @@
 
 #include "apps/aula/arguments/dataset_arguments.h"
 #include "apps/documents/document_measurement.h"
+#include "apps/documents/room_report.h"
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"
@@ -62,6 +63,8 @@ struct Arguments {
     bool map_interaural = false;                   ///< true: maps of IACC, too
     std::filesystem::path html;                    ///< output of Command::report
     std::vector<NamedReceiver> receivers;          ///< of Command::report; empty: the listener
+    std::optional<std::filesystem::path> json;     ///< output of Command::report, too
+    ReportHead head;                               ///< of Command::report
     std::vector<std::filesystem::path> measured;   ///< of Command::report: values to compare with
     std::vector<std::filesystem::path> responses;  ///< files of Command::analyse
     bool third_octaves = false;                    ///< of Command::analyse

@@ -63,6 +63,11 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
 
 report (with --frames, --speech-level, --noise-level, positions and simulation)
   --html OUT.html        one file with plan, parameters, plots, conditions and materials
+  --json OUT.json        the values of all pairs, their mean and standard deviation, too
+  --project TEXT         lines of the head of the document [none]
+  --client TEXT
+  --author TEXT
+  --date TEXT
   --receiver NAME=X,Y,Z  a receiver in place of the listener; may be repeated
   --measured FILE        measured values to compare with: a table, or a response that is analysed;
                          may be repeated (docs/room_measurements.md)

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "aula/measurement.h"
+
+namespace aula {
+
+/// Mean and standard deviation over positions, as ISO 3382-2 asks of a room: over pairs of a source
+/// and a receiver. Values that are not known are left out; levels are averaged in dB.
+struct PositionAverage {
+    /// The standard errors are those of the simulation. They presuppose independent pairs.
+    PairParameters mean;
+    PairParameters deviation;  ///< standard deviations of the sample; none of a single value
+    std::size_t positions = 0;
+};
+
+PositionAverage average_over_positions(std::span<const PairParameters* const> all);
+
+/// The parameters of all audible pairs.
+std::vector<const PairParameters*> audible_parameters(const Measurement& measurement);
+
+}  // namespace aula
