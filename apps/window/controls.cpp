@@ -40,8 +40,10 @@ void draw_source(Model& model, std::size_t s) {
     const SourceControl control = model.controls().sources[s];
     ImGui::PushID(static_cast<int>(s));
     const bool watched = model.request.source == s;
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float buttons = ImGui::CalcTextSize("MS").x + 4 * style.FramePadding.x + 4;
     if (ImGui::Selectable(source.name.c_str(), watched && model.scene().sources.size() > 1, 0,
-                          {ImGui::GetContentRegionAvail().x - 4.2F * ImGui::GetFontSize(), 0})) {
+                          {ImGui::GetContentRegionAvail().x - buttons - style.ItemSpacing.x, 0})) {
         model.request.source = s;
         model.watch();
     }
@@ -207,7 +209,7 @@ void draw_surface(Model& model, Choices& choices) {
     ImGui::SameLine();
     if (ImGui::SmallButton("save scene")) model.save_scene();
     tooltip("write the edited scene to a new file, without comments");
-    ImGui::SameLine();
+    same_line_for("save response");
     if (ImGui::SmallButton("save response")) model.save_response();
     tooltip("write the shown impulse response as WAV and its ISO 3382 report as JSON");
 }

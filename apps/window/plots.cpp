@@ -307,6 +307,15 @@ void cell_text(const std::string& text) {
     ImGui::TextUnformatted(text.c_str());
 }
 
+/// Whether an octave decays for longer than the response: it has an EDT without a T30.
+bool is_too_short(const PairParameters& parameters) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        if (parameters.octave(AcousticParameter::edt, b).value &&
+            !parameters.octave(AcousticParameter::t30, b).value)
+            return true;
+    return false;
+}
+
 /// The first row: the octaves, which select what the plots show, and the single number.
 void draw_octaves(PlotChoice& choice) {
     ImGui::TableNextRow();
@@ -349,7 +358,16 @@ void draw_table(const Model& model, ImVec2 size, PlotChoice& choice) {
     ImGui::TextUnformatted("ISO 3382");
     ImGui::PushFont(small_font());
     ImGui::SameLine(0, 10);
-    ImGui::TextDisabled("response of %.2f s; click an octave", model.view()->length_s);
+    if (is_too_short(parameters)) {
+        ImGui::TextColored({0.9F, 0.75F, 0.45F, 1}, "response of %.2f s: too short for T30",
+                           model.view()->length_s);
+        tooltip(
+            "Where T30 is missing, the sound decays for longer than the response. A longer "
+            "duration "
+            "lets it decay; fewer rays and updates leave time for it.");
+    } else {
+        ImGui::TextDisabled("response of %.2f s; click an octave", model.view()->length_s);
+    }
     ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {1, 1});
     if (ImGui::BeginTable(
             "iso", kBandCount + 2,

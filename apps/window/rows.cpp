@@ -99,6 +99,13 @@ void bar_row(const char* name, const char* meaning, const std::string& value,
     });
 }
 
+void same_line_for(const char* label) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float width = ImGui::CalcTextSize(label).x + 2 * style.FramePadding.x;
+    const float left = ImGui::GetItemRectMax().x + style.ItemSpacing.x - ImGui::GetWindowPos().x;
+    if (left + width <= ImGui::GetWindowContentRegionMax().x) ImGui::SameLine();
+}
+
 void tooltip(const char* text) {
     if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
     constexpr float kGap = 6;

@@ -37,6 +37,9 @@ struct BarPart {
 void bar_row(const char* name, const char* meaning, const std::string& value,
              std::initializer_list<BarPart> parts, double mark = -1);
 
+/// Continues the line if a small button with the label fits.
+void same_line_for(const char* label);
+
 /// Shows a text beside the panel while the mouse rests on the last item: over the picture, where it
 /// covers no control.
 void tooltip(const char* text);
