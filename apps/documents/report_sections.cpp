@@ -208,7 +208,9 @@ std::string speech_section(const RoomReport& report) {
     html += html_row(html_header("source") + html_header("D2,S in dB") +
                      html_header("Lp,A,S,4m in dB(A)") + html_header("rD in m") +
                      html_header("rP in m"));
-    html += offices + "</table>\n<p>With the speech above; that of ISO 3382-3 has 57.4 dB(A).";
+    html += offices +
+            "</table>\n<p>With the speech above; that of ISO 3382-3 has 57.4 dB(A). "
+            "Distances beyond the farthest receiver are extrapolated.";
     if (!speech.noise_db) html += " rD and rP need a level of noise.";
     return html + "</p>\n";
 }
