@@ -37,6 +37,13 @@ std::optional<std::string> decode_base64(std::string_view text) {
     return bytes;
 }
 
+std::size_t size_value(const JsonReader& json, const char* key, std::size_t absent) {
+    const auto found = json.find(key);
+    return found ? found->unsigned_integer() : absent;
+}
+
+}  // namespace
+
 std::string decode_percent(const std::string& uri) {
     const auto digit = [](char c) {
         return c >= '0' && c <= '9'   ? c - '0'
@@ -53,13 +60,6 @@ std::string decode_percent(const std::string& uri) {
     }
     return text;
 }
-
-std::size_t size_value(const JsonReader& json, const char* key, std::size_t absent) {
-    const auto found = json.find(key);
-    return found ? found->unsigned_integer() : absent;
-}
-
-}  // namespace
 
 std::size_t GltfAccessor::size_of(Component type) {
     if (type == Component::int8 || type == Component::uint8) return 1;
@@ -127,12 +127,20 @@ std::uint32_t GltfAccessor::index(std::size_t i) const {
 glm::dvec3 GltfAccessor::position(std::size_t i) const {
     const char* bytes = at(i);
     if (bytes == nullptr) return glm::dvec3(0);
-    glm::dvec3 point;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double x = number_at(bytes + static_cast<std::size_t>(axis) * size_of(type_), type_);
-        point[axis] = normalized_ ? std::max(-1.0, x / full_scale(type_)) : x;
-    }
-    return point;
+    return {component_at(bytes, 0), component_at(bytes, 1), component_at(bytes, 2)};
+}
+
+glm::dquat GltfAccessor::rotation(std::size_t i) const {
+    const char* bytes = at(i);
+    if (bytes == nullptr) return glm::dquat(1, 0, 0, 0);
+    // In the order w, x, y, z.
+    return glm::normalize(glm::dquat(component_at(bytes, 3), component_at(bytes, 0),
+                                     component_at(bytes, 1), component_at(bytes, 2)));
+}
+
+double GltfAccessor::component_at(const char* bytes, int component) const {
+    const double x = number_at(bytes + static_cast<std::size_t>(component) * size_of(type_), type_);
+    return normalized_ ? std::max(-1.0, x / full_scale(type_)) : x;
 }
 
 GltfAccessors::GltfAccessors(const JsonReader& root, std::optional<std::string_view> binary,
@@ -152,6 +160,11 @@ GltfAccessor GltfAccessors::positions(const JsonReader& reference) {
                     {Component::float32, Component::int8, Component::uint8, Component::int16,
                      Component::uint16},
                     "5126, or 5120 to 5123");
+}
+
+GltfAccessor GltfAccessors::rotations(const JsonReader& reference) {
+    return accessor(reference, 4, {Component::float32, Component::int8, Component::int16},
+                    "5126, 5120 or 5122");
 }
 
 GltfAccessor GltfAccessors::indices(const JsonReader& reference) {
@@ -269,7 +282,9 @@ GltfAccessor GltfAccessors::accessor(const JsonReader& reference, std::size_t co
                                      const char* expected) {
     const JsonReader& json = accessors_[gltf_index(reference, accessors_.size(), "accessors")];
     const JsonReader type = json.require("type", "the type of the elements");
-    const char* const expected_type = components == 3 ? "VEC3" : "SCALAR";
+    const char* const expected_type = components == 4   ? "VEC4"
+                                      : components == 3 ? "VEC3"
+                                                        : "SCALAR";
     if (type.string("a type") != expected_type) {
         type.fail("elements of another type; expected " + std::string(expected_type));
     }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <initializer_list>
 #include <optional>
@@ -16,15 +17,19 @@
 
 namespace aula {
 
+/// The text of a URI whose characters may be written as "%20".
+std::string decode_percent(const std::string& uri);
+
 /// Typed elements in a buffer of a glTF file, all of them inside the buffer. Valid as long as the
 /// GltfAccessors that made it.
 class GltfAccessor {
  public:
     std::size_t count() const { return count_; }
 
-    /// Element `i` < count() as an index, or as a point.
+    /// Element `i` < count() as an index, as a point, or as a rotation.
     std::uint32_t index(std::size_t i) const;
     glm::dvec3 position(std::size_t i) const;
+    glm::dquat rotation(std::size_t i) const;
 
  private:
     friend class GltfAccessors;
@@ -52,6 +57,7 @@ class GltfAccessor {
     static double number_at(const char* bytes, Component type);
     static double full_scale(Component type);
     const char* at(std::size_t index) const;
+    double component_at(const char* bytes, int component) const;
 
     std::size_t count_ = 0;
     Component type_ = Component::float32;
@@ -75,8 +81,9 @@ class GltfAccessors {
     GltfAccessors(const GltfAccessors&) = delete;
     GltfAccessors& operator=(const GltfAccessors&) = delete;
 
-    /// The accessor whose number is `reference`, of points or of indices.
+    /// The accessor whose number is `reference`, of points, of rotations or of indices.
     GltfAccessor positions(const JsonReader& reference);
+    GltfAccessor rotations(const JsonReader& reference);
     GltfAccessor indices(const JsonReader& reference);
 
     /// True if the accessor whose number is `reference` has a buffer view. Without one, and without

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/mesh/gltf_accessors.h"
 #include "engine/mesh/gltf_json.h"
 
 namespace aula {
@@ -88,10 +89,12 @@ bool GltfPlaces::add_emitter(const JsonReader& node, ImportedPlace place) {
     place.gain = gain_of(emitter);
     // A source of Aula plays one sound.
     const std::vector<JsonReader> sources = gltf_list(emitter, "sources");
-    if (!sources.empty()) {
-        read_sound(sources_[gltf_index(sources[0], sources_.size(), "sources")], place);
+    for (const JsonReader& source : sources) {
+        ImportedPlace sounding = place;
+        read_sound(sources_[gltf_index(source, sources_.size(), "sources")], sounding);
+        places_.push_back(std::move(sounding));
     }
-    places_.push_back(std::move(place));
+    if (sources.empty()) places_.push_back(std::move(place));
     return true;
 }
 
@@ -102,8 +105,9 @@ void GltfPlaces::read_sound(const JsonReader& source, ImportedPlace& place) cons
     if (!reference) return;
     const JsonReader& sound = sounds_[gltf_index(*reference, sounds_.size(), "sounds")];
     const auto uri = sound.find("uri");
-    if (!uri) return;
-    const std::string text = uri->string("a file beside this one");
+    place.has_sound_inside = !uri || uri->string("a file beside this one").starts_with("data:");
+    if (place.has_sound_inside) return;
+    const std::string text = decode_percent(uri->string("a file beside this one"));
     const std::filesystem::path file = text;
     const bool is_beside =
         file.is_relative() && std::find(file.begin(), file.end(), "..") == file.end();

@@ -124,10 +124,11 @@ class GltfReader {
             if (reached[index]) next.reference.fail("a node a second time; expected a tree");
             reached[index] = true;
             const JsonReader& node = nodes_[index];
-            refuse_gltf_extension(node, "EXT_mesh_gpu_instancing", "one node an instance");
             const glm::dmat4 transform = next.parent * local_transform(node);
             if (const auto mesh = node.find("mesh")) {
-                add_mesh(meshes_[gltf_index(*mesh, meshes_.size(), "meshes")], transform);
+                for (const glm::dmat4& instance : instances(node))
+                    add_mesh(meshes_[gltf_index(*mesh, meshes_.size(), "meshes")],
+                             transform * instance);
             }
             places_.add(node, transform);
             open_all(gltf_list(node, "children"), transform);
@@ -158,6 +159,39 @@ class GltfReader {
         const std::size_t index = gltf_index(*reference, materials_.size(), "materials");
         const auto name = materials_[index].find("name");
         return builder_.material(name ? name->string("a name") : kNamelessMaterial);
+    }
+
+    /// The transforms of EXT_mesh_gpu_instancing, in a node; without it, one that changes nothing.
+    std::vector<glm::dmat4> instances(const JsonReader& node) {
+        const auto extensions = node.find("extensions");
+        const auto instancing =
+            extensions ? extensions->find("EXT_mesh_gpu_instancing") : std::nullopt;
+        if (!instancing) return {glm::dmat4(1)};
+        const JsonReader attributes =
+            instancing->require("attributes", "an object with \"TRANSLATION\"");
+        std::optional<GltfAccessor> translation, rotation, scale;
+        std::optional<std::size_t> count;
+        const auto take = [&](const char* name, std::optional<GltfAccessor>& to, bool rotates) {
+            const auto reference = attributes.find(name);
+            if (!reference) return;
+            to = rotates ? accessors_.rotations(*reference) : accessors_.positions(*reference);
+            if (count.value_or(to->count()) != to->count() || to->count() > kMaxPrimitives)
+                reference->fail(std::to_string(to->count()) + " instances; expected " +
+                                (count ? std::to_string(*count) : "fewer"));
+            count = to->count();
+        };
+        take("TRANSLATION", translation, false);
+        take("ROTATION", rotation, true);
+        take("SCALE", scale, false);
+        std::vector<glm::dmat4> transforms(count.value_or(1), glm::dmat4(1));
+        for (std::size_t i = 0; i < transforms.size(); ++i) {
+            glm::dmat4& transform = transforms[i];
+            if (rotation) transform = glm::mat4_cast(rotation->rotation(i));
+            for (int axis = 0; scale && axis < 3; ++axis)
+                transform[axis] *= scale->position(i)[axis];
+            if (translation) transform[3] = glm::dvec4(translation->position(i), 1);
+        }
+        return transforms;
     }
 
     void add_mesh(const JsonReader& mesh, const glm::dmat4& transform) {

@@ -17,12 +17,13 @@ struct ImportedPlace {
     enum class Kind { source, listener };
 
     Kind kind = Kind::source;
-    std::string name;   ///< of its node
-    Vec3 position{0};   ///< in the axes and units of the file
-    Vec3 front{0};      ///< where it looks; not normalized
-    double gain = 1;    ///< linear
-    bool loop = false;  ///< whether the sound is repeated
-    std::string sound;  ///< a file beside the model; empty: none
+    std::string name;               ///< of its node
+    Vec3 position{0};               ///< in the axes and units of the file
+    Vec3 front{0};                  ///< where it looks; not normalized
+    double gain = 1;                ///< linear
+    bool loop = false;              ///< whether the sound is repeated
+    std::string sound;              ///< a file beside the model; empty: none
+    bool has_sound_inside = false;  ///< in the model, which is not read
 };
 
 /// The triangles of a mesh file with node transforms applied, in the axes and units of the file.

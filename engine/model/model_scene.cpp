@@ -137,6 +137,9 @@ class SceneMaker {
             } else if (!(area.z > kClearly * area.y) && size.y < kLower * size.z) {
                 y_up = true;
                 guess("up: y, the model of " + size_text(size) + " is lower than deep that way");
+            } else if (!(area.z > kClearly * area.y) && !(size.z < kLower * size.y)) {
+                guess("up: z, neither names nor the extents of " + size_text(size) +
+                      " say (--up y sets the other)");
             }
         }
         if (y_up != is_gltf_) set(geometry, "up", text(y_up ? "y" : "z"));
@@ -244,6 +247,9 @@ class SceneMaker {
 
     /// The sound of a place, if its file is there.
     std::optional<std::string> sound_of(const ImportedPlace& place) {
+        if (place.has_sound_inside)
+            guess("source " + quoted(place.name) +
+                  ": claps, its sound is inside the model; expected a file beside it");
         if (place.sound.empty()) return std::nullopt;
         const fs::path file = file_.parent_path() / place.sound;
         std::error_code error;

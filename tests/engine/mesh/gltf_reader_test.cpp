@@ -4,10 +4,12 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include "aula/engine/scene.h"
 #include "aula/exception.h"
 #include "engine/mesh/mesh_readers.h"
 #include "tests/engine/mesh/square_gltf.h"
 
+using aula::Bounds;
 using aula::ImportedMesh;
 using aula::Vec3;
 using aula::test::square_bytes;
@@ -256,9 +258,38 @@ TEST_CASE("of compressed triangles the uncompressed data are read unless a file 
     CHECK_THAT(error_of(json.dump()), Contains("KHR_draco_mesh_compression is not read"));
 }
 
-TEST_CASE("instanced triangles are refused by name") {
-    CHECK_THAT(error_with("/nodes/0/extensions", R"({"EXT_mesh_gpu_instancing":{}})"),
-               Contains("EXT_mesh_gpu_instancing is not read"));
+TEST_CASE("a node with instances has its mesh at each of them") {
+    const auto with = [](const char* attributes) {
+        Json json = square_gltf();
+        json["nodes"][0]["translation"] = {0, 0, 5};
+        json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] =
+            Json::parse(attributes);
+        // The corners' numbers as rotations: by 0, 90 and 180 degrees about z, not normalized.
+        json["accessors"].push_back(
+            {{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC4"}});
+        return json.dump();
+    };
+    const auto bounds = [](const ImportedMesh& mesh) {
+        Bounds all;
+        all.add(mesh.vertices);
+        return all;
+    };
+    // At the four corners of the square.
+    const ImportedMesh moved = read(with(R"({"TRANSLATION": 0})"));
+    CHECK(area(moved) == Approx(4));
+    CHECK(bounds(moved).min == Vec3(0, 0, 5));
+    CHECK(bounds(moved).max == Vec3(2, 2, 5));
+    const ImportedMesh turned = read(with(R"({"ROTATION": 2})"));
+    CHECK(area(turned) == Approx(3));
+    CHECK(glm::distance(bounds(turned).min, Vec3(-1, -1, 5)) < 1e-6F);
+    CHECK(glm::distance(bounds(turned).max, Vec3(1, 1, 5)) < 1e-6F);
+    // Of the scales (0, 0), (1, 0), (1, 1) and (0, 1) one leaves an area; scaled, then moved.
+    const ImportedMesh scaled = read(with(R"({"SCALE": 0, "TRANSLATION": 0})"));
+    CHECK(area(scaled) == Approx(1));
+    CHECK(area(read(with("{}"))) == Approx(1));
+    CHECK_THAT(error_of(with(R"({"TRANSLATION": 0, "ROTATION": 2})")),
+               Contains("ROTATION: 3 instances; expected 4"));
+    CHECK_THAT(error_of(with(R"({"TRANSLATION": 9})")), Contains("expected one that exists"));
 }
 
 TEST_CASE("nodes of a glTF are a tree of any depth, and text may be nested 100 deep") {

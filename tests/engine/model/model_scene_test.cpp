@@ -110,6 +110,9 @@ TEST_CASE("Units and the vertical axis are guessed from the size, and from floor
         CAPTURE(room.size_m.x, room.size_m.y, room.size_m.z, size.x, size.y, size.z);
         CHECK(glm::distance(size, room.size_m) < 1e-3F);
     }
+    // Nothing says: a corridor, and a cube.
+    for (const auto& room : {box_obj(12, 3, 3, plain), box_obj(4, 4, 4, plain)})
+        CHECK(has_guess(load_scene(folder.write("room.obj", room)), "up: z, neither names"));
 }
 
 TEST_CASE("What the user knows replaces the guess") {
@@ -191,6 +194,24 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
                             .scene.listener.pose_at(0);
     CHECK(glm::distance(camera.position, Vec3(0, 0, 1.7F)) < 1e-6F);
     CHECK(glm::distance(camera.rotation()[0], Vec3(0, 1, 0)) < 1e-3F);
+
+    // Each sound of an emitter is a source. URIs have no spaces; sounds in the model are not read.
+    folder.write("two words.wav", "");
+    Json several = model;
+    auto& audio = several["extensions"]["KHR_audio_emitter"];
+    audio["emitters"][0]["sources"] = {0, 1, 2};
+    audio["sources"] = Json::parse(R"([{"audio": 0}, {"audio": 1, "gain": 2}, {"audio": 2}])");
+    audio["audio"] =
+        Json::parse(R"([{"uri": "two%20words.wav"}, {"uri": "voice.wav"}, {"bufferView": 0}])");
+    const LoadedScene many =
+        load_scene(folder.write("several.gltf", several.dump()), SignalFiles::optional);
+    REQUIRE(many.scene.sources.size() == 4);
+    CHECK(many.scene.sources[1].signal_file == folder.path() / "two words.wav");
+    CHECK(many.scene.sources[2].name == "voice 2");
+    CHECK(many.scene.sources[2].position == many.scene.sources[1].position);
+    CHECK(many.scene.sources[2].gain_db == Approx(0).margin(0.01));
+    CHECK(many.scene.sources[3].signal == Source::Signal::impulse);
+    CHECK(has_guess(many, "source \"voice\": claps, its sound is inside the model"));
 
     // A name of the library, a sound that is missing, and a coefficient that is none.
     std::filesystem::remove(folder.path() / "voice.wav");
