@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <map>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"
 #include "apps/session/frames/signals.h"
+#include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/input/names.h"
@@ -271,6 +274,65 @@ void check_coplanar_faces(const Scene& scene, const RayScene& rays, const Sorted
     }
 }
 
+/// Processor time of a frame, after the first one, which finds patches and edges.
+double frame_s(const Scene& scene, const Simulation& simulation) {
+    constexpr int kFrames = 3;
+    Propagation propagation(scene, simulation);
+    std::clock_t begin = 0;
+    for (int f = 0; f <= kFrames; ++f) {
+        if (f == 1) begin = std::clock();
+        const double time_s = f / double{simulation.frame_rate_hz};
+        FrameInput input{.time_s = time_s,
+                         .sources = {},
+                         .listeners = {scene.listener.pose_at(time_s).position}};
+        for (const Source& source : scene.sources)
+            input.sources.push_back(source.position_at(time_s));
+        propagation.step(input);
+    }
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / kFrames;
+}
+
+/// Warns of settings that cost ten times real time: a player that lowers what it can is late with
+/// the rest. The time of many rays is extrapolated from few.
+void check_cost(const Scene& scene, Findings& findings) {
+    constexpr double kMostTimes = 10;
+    constexpr int kFewRays = 200;
+    const Simulation& given = scene.simulation;
+    const Simulation usual;
+    const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int threads = std::min(given.threads.value_or(std::max(1, processors - 1)), processors);
+    const bool has_few_threads = given.threads && threads < processors - 1;
+    if (given.rays <= usual.rays && given.specular_order <= usual.specular_order &&
+        !has_few_threads)
+        return;
+    Simulation measured = given;
+    measured.threads = 1;
+    measured.rays = std::min(given.rays, usual.rays);
+    const auto [few_s, more_s] = result_of(kMeasuring, findings.arguments(), [&] {
+        Simulation few = measured;
+        few.rays = std::min(given.rays, kFewRays);
+        return std::pair(frame_s(scene, few), frame_s(scene, measured));
+    });
+    const double ray_s = std::max(0.0, more_s - few_s) / (usual.rays - kFewRays);
+    const double frame_s = more_s + ray_s * (given.rays - measured.rays);
+    const double times = frame_s * double{given.frame_rate_hz} / threads;
+    if (times < kMostTimes) return;
+    std::string remedy = "set \"threads\" to " + std::to_string(processors);
+    const auto rounded = [](double x) {
+        const double digit = std::pow(10.0, std::floor(std::log10(x)));
+        return std::round(x / digit) * digit;
+    };
+    if (given.rays > usual.rays) {
+        constexpr double kFewest = 100;
+        remedy = formatted("set \"rays\" to %.0f", rounded(std::max(kFewest, given.rays / times)));
+    } else if (given.specular_order > usual.specular_order) {
+        remedy = "set \"specular_order\" to " + std::to_string(usual.specular_order);
+    }
+    findings.warn(
+        formatted("the propagation takes about %.0f times real time on ", rounded(times)) +
+        counted(static_cast<std::size_t>(threads), "thread") + ": " + remedy);
+}
+
 }  // namespace
 
 int check_scene(const Arguments& arguments) {
@@ -288,6 +350,7 @@ int check_scene(const Arguments& arguments) {
     check_leaks(scene, rays, sorted, findings);
     check_positions(scene, sorted, findings);
     check_audibility(rays, sorted, findings);
+    check_cost(scene, findings);
     std::size_t triangles = 0;
     for (const Object& object : scene.objects) triangles += object.triangles.size();
     std::printf("%s: %s, %s, %s, %s\n", printable_line(arguments.scene.string()).c_str(),

@@ -58,6 +58,20 @@ TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is 
                              Contains("wood                           5.5 m2"));
 }
 
+TEST_CASE("Settings that cost ten times real time are warned of with what to set") {
+    const TemporaryFolder folder;
+    const auto check = [&](const std::string& settings) {
+        const std::string scene = with(kSmallRoom, "\"rays\": 200,", settings);
+        return run_program({AULA_PROGRAM, "check", folder.write("room.json", scene)});
+    };
+    // Two hundred times the default.
+    const ProgramResult many = check("\"rays\": 200000, ");
+    CHECK(many.status == 0);
+    CHECK_THAT(many.err, Contains(" times real time on ") && Contains(": set \"rays\" to "));
+    CHECK(std::count(many.err.begin(), many.err.end(), '\n') == 1);
+    CHECK(check("\"rays\": 1500, \"specular_order\": 5, \"threads\": 1024, ").err.empty());
+}
+
 TEST_CASE(
     "A position outside the room is a warning, and a full disk behind standard output gives status "
     "1") {
