@@ -99,7 +99,7 @@ struct Propagation::State {
             samplers.push_back(sampler_of(source.directivity));
         clear_responses();
         TraceSettings trace;
-        trace.rays = simulation.rays;
+        trace.rays = simulation.ray_count();
         trace.order = simulation.order;
         trace.specular = simulation.specular;
         trace.max_length_m = static_cast<float>(bins.length_s()) * speed_of_sound_m_s;
@@ -417,8 +417,8 @@ std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
     PairSet set = s.resting_pairs(input);
     s.find_paths(input, s.frame - 1, set);
     s.at_rest_memories = std::move(set.memories);
-    s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses);
     s.statistics = of_step;
+    s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
     return std::move(set.responses);
 }
 

@@ -154,7 +154,7 @@ int play_in_terminal(const Arguments& arguments) {
     Scene& scene = loaded.scene;
     change_scene(scene, arguments);
     SessionOptions session = arguments.session;
-    session.rays_fall = !arguments.rays_given && !loaded.rays_given;
+    session.rays_fall = !arguments.rays_given;
     // What is moved from outside does not end with the path of the scene.
     if (arguments.osc && !session.duration_s) session.duration_s = SessionOptions::kUnlimited_s;
     Player player(scene, session);

@@ -93,6 +93,7 @@ int measure(const Arguments& arguments) {
     ProgressBar bar("measuring", arguments.quiet);
     const auto measurement =
         measure(scene, {.frames = arguments.frames,
+                        .max_work_s = MeasurementOptions::kProgramWork_s,
                         .parameters = arguments.report || arguments.report_json.has_value(),
                         .interaural = arguments.report || arguments.report_json.has_value(),
                         .progress = std::ref(bar)});

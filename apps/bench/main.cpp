@@ -27,6 +27,7 @@
 #include "apps/bench/propagation/tessellation.h"
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
+#include "apps/bench/rendering/budget.h"
 #include "apps/session/base/output_file.h"
 #include "audio/file/part_file.h"
 #include "aula/engine/scene_file.h"
@@ -111,6 +112,11 @@ class Bench {
              aula::bench::receivers_columns(), aula::bench::measure_receivers(subject, settings_));
     }
 
+    void budget(const Subject& subject) {
+        take("offline rendering of " + subject.description(), aula::bench::budget_columns(),
+             aula::bench::measure_budget(subject, settings_));
+    }
+
     void changes(const Subject& subject) {
         take("changes in " + subject.description(), aula::bench::changes_columns(),
              aula::bench::measure_changes(subject, settings_));
@@ -190,6 +196,8 @@ constexpr std::array kSceneCommands{
                  "the mean and the worst frame while source or listener walk or jump, or objects "
                  "move",
                  &Bench::changes},
+    SceneCommand{"budget", "the rays and the CPU time of offline rendering in each quality",
+                 &Bench::budget},
     SceneCommand{"sweep", "noise, bias and cost over ranges of tau and of lambda", &Bench::sweep},
     SceneCommand{"trace", "segments per second of whole frames, and of Embree alone",
                  &Bench::trace},

@@ -17,13 +17,8 @@ constexpr MeasurementLimits kReportLimits{
     .level_db = 0.25, .c80_db = 0.25, .t30 = 0.0125, .edt = 0.0125};
 
 /// Frames of a report that does not reach these limits before: of the late sound of rooms with
-/// parallel hard walls, for instance. Two sources then take about 45 s at six receivers, so that
-/// reports of ordinary rooms do not depend on the clock.
+/// parallel hard walls, for instance. Two sources then take about 45 s at six receivers.
 constexpr int kReportFrames = 500;
-
-/// Ends the frames of other reports. All, with the interaural coefficients of the pairs, should
-/// take at most two minutes.
-constexpr double kReportTime_s = 60;
 
 }  // namespace
 
@@ -41,13 +36,15 @@ std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& g
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress) {
-    return measure(scene, scene.sources, receivers,
-                   {.frames = frames,
-                    .limits = kReportLimits,
-                    .max_frames = kReportFrames,
-                    .max_time_s = kReportTime_s,
-                    .interaural = true,
-                    .progress = progress});
+    MeasurementOptions options{.frames = frames,
+                               .max_work_s = MeasurementOptions::kProgramWork_s,
+                               .interaural = true,
+                               .progress = progress};
+    if (scene.simulation.quality != Quality::fine) {
+        options.limits = kReportLimits;
+        options.max_frames = kReportFrames;
+    }
+    return measure(scene, scene.sources, receivers, options);
 }
 
 }  // namespace aula

@@ -301,7 +301,7 @@ std::string conditions(const RoomReport& report) {
     html += html_row("<td>scene (SHA-256)</td><td class=\"hash\">" + html_text(report.scene_hash) +
                      "</td>");
     html += text_row("estimator", estimator_name(simulation.estimator));
-    html += text_row("rays per source and frame", std::to_string(simulation.rays));
+    html += text_row("rays per source and frame", std::to_string(simulation.ray_count()));
     html += text_row("frames", std::to_string(m.frames));
     html += text_row("seed", std::to_string(simulation.seed));
     html += text_row("length of the responses", formatted("%.3g s", m.length_s));

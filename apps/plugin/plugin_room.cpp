@@ -90,7 +90,7 @@ SceneControls::SceneControls(const Scene& scene)
     : scene_source_(scene.sources[0].pose_at(0)),
       scene_listener_(scene.listener.pose),
       scene_gain_db_(scene.sources[0].gain_db),
-      scene_rays_(scene.simulation.rays) {}
+      scene_rays_(scene.simulation.ray_count()) {}
 
 Pose SceneControls::source_pose(const ControlValues& values) const {
     Pose pose = scene_source_;

@@ -181,7 +181,7 @@ void SharedRoom::build() {
     propagation_.emplace(scene_, simulation);
     propagation_->remove_source(0);
     propagation_->emit_from_listeners();
-    rays_ = simulation.rays;
+    rays_ = simulation.ray_count();
 }
 
 void SharedRoom::add(GroupVoice& voice) {

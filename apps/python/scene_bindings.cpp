@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "apps/python/arrays.h"
@@ -17,6 +19,7 @@
 #include "aula/engine/material_library.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/model/model_scene.h"
 
 namespace aula {
 
@@ -122,13 +125,14 @@ py::tuple geometry_of(const Scene& scene) {
 
 py::dict simulation_dict(const Simulation& s) {
     using py::literals::operator""_a;
-    return py::dict(
-        "estimator"_a = estimator_name(s.estimator), "rays"_a = s.rays, "order"_a = s.order,
-        "specular_order"_a = s.specular_order, "specular"_a = s.specular, "direct"_a = s.direct,
-        "diffraction_order"_a = s.diffraction_order, "transmission"_a = s.transmission,
-        "response_time_s"_a = s.response_time_s, "patch_size_m"_a = s.patch_size_m,
-        "listener_radius_m"_a = s.listener_radius_m, "frame_rate_hz"_a = s.frame_rate_hz,
-        "ir_length_s"_a = s.ir_length_s, "seed"_a = s.seed, "memory_mb"_a = s.memory_mb);
+    return py::dict("estimator"_a = estimator_name(s.estimator),
+                    "quality"_a = quality_name(s.quality), "rays"_a = s.rays, "order"_a = s.order,
+                    "specular_order"_a = s.specular_order, "specular"_a = s.specular,
+                    "direct"_a = s.direct, "diffraction_order"_a = s.diffraction_order,
+                    "transmission"_a = s.transmission, "response_time_s"_a = s.response_time_s,
+                    "patch_size_m"_a = s.patch_size_m, "listener_radius_m"_a = s.listener_radius_m,
+                    "frame_rate_hz"_a = s.frame_rate_hz, "ir_length_s"_a = s.ir_length_s,
+                    "seed"_a = s.seed, "memory_mb"_a = s.memory_mb);
 }
 
 /// Assigns a setting from Python. Throws InputError, py::cast_error for another type.
@@ -138,6 +142,10 @@ void set_setting(Simulation& s, const std::string& name, const py::handle& value
         const auto estimator = estimator_from_name(value.cast<std::string>());
         if (!estimator) throw InputError("estimator: expected pt, dpc-published, dpc or patch");
         s.estimator = *estimator;
+    } else if (name == "quality") {
+        const auto quality = quality_from_name(value.cast<std::string>());
+        if (!quality) throw InputError("quality: expected draft, normal or fine");
+        s.quality = *quality;
     } else if (name == "rays") {
         assign(s.rays);
     } else if (name == "order") {
@@ -221,22 +229,31 @@ void bind_sources(py::module_& module) {
     module.def("directivities", &Directivity::names);
 }
 
+/// A scene that is read without the interpreter's lock, and its warnings.
+std::pair<SharedScene, std::vector<std::string>> loaded_by(
+    const std::function<LoadedScene()>& load) {
+    std::optional<LoadedScene> loaded;
+    {
+        const py::gil_scoped_release released;
+        loaded = load();
+    }
+    return {SharedScene(std::move(loaded->scene)), printable_lines(std::move(loaded->warnings))};
+}
+
 }  // namespace
 
 void bind_scenes(py::module_& module) {
     bind_materials(module);
     bind_sources(module);
     py::class_<SharedScene>(module, "Scene")
-        .def_static("load",
-                    [](const std::string& file) {
-                        std::optional<LoadedScene> loaded;
-                        {
-                            const py::gil_scoped_release released;
-                            loaded = load_scene(file);
-                        }
-                        return std::pair(SharedScene(std::move(loaded->scene)),
-                                         printable_lines(std::move(loaded->warnings)));
-                    })
+        .def_static(
+            "load",
+            [](const std::string& file) { return loaded_by([&] { return load_scene(file); }); })
+        .def_static(
+            "load_model",
+            [](const std::string& file, std::optional<double> scale, std::optional<bool> y_is_up) {
+                return loaded_by([&] { return load_model(file, {scale, y_is_up}); });
+            })
         .def_static(
             "parse",
             [](const std::string& text, const std::string& name) {

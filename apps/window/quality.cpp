@@ -207,7 +207,7 @@ void draw_quality(Model& model, Choices& choices) {
     }
     choices.draft = active && !done ? std::optional(s) : std::nullopt;
     if (done) {
-        s.rays = model.controls().rays.value_or(s.rays);
+        if (model.controls().rays) s.rays = model.controls().rays;
         model.set_simulation(s, ambisonic_order);
     }
 }

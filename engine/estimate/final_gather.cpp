@@ -96,20 +96,23 @@ void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
     behind = std::move(kept);
 }
 
-/// Adds the energy that arrives by one hit, times `scale`.
-void add_hit(const GatherHit& hit, const PatchCache& cache, std::size_t late_bin, double delay_s,
-             float scale, ShiftedHistogram& sum) {
-    if (hit.patch >= cache.row_count()) return;
+/// Adds the energy that arrives by one hit, times `scale`. Returns the number of bins added.
+std::uint64_t add_hit(const GatherHit& hit, const PatchCache& cache, std::size_t late_bin,
+                      double delay_s, float scale, ShiftedHistogram& sum) {
+    if (hit.patch >= cache.row_count()) return 0;
     const PatchCache::Row& row = cache.row(hit.patch);
-    if (!row.sum) return;
+    if (!row.sum) return 0;
     const TimeHistogram radiated{row.sum, row.intensity, row.total};
     const Bands weight = hit.weight * scale;
-    sum.add(radiated, row.first_bin, std::min<std::size_t>(row.end_bin, late_bin), delay_s, weight,
-            hit.direction);
-    if (hit.late) {
-        sum.add(radiated, std::max<std::size_t>(row.first_bin, late_bin), row.end_bin, delay_s,
-                weight * (1 / kLateShare), hit.direction);
-    }
+    std::uint64_t bins = 0;
+    const auto add = [&](std::size_t first, std::size_t end, float factor) {
+        if (first >= end) return;
+        sum.add(radiated, first, end, delay_s, weight * factor, hit.direction);
+        bins += end - first;
+    };
+    add(row.first_bin, std::min<std::size_t>(row.end_bin, late_bin), 1);
+    if (hit.late) add(std::max<std::size_t>(row.first_bin, late_bin), row.end_bin, 1 / kLateShare);
+    return bins;
 }
 
 /// Merges another hit of the same patch by the weighted mean of their lengths and directions.
@@ -291,11 +294,13 @@ void GatheredEnergy::sum(std::size_t part) {
     const std::size_t late_bin = bins.index(kLate_s);
     const std::size_t chunk = part % kParts;
     ShiftedHistogram& sum = parts_[part].emplace(bins);
+    std::uint64_t bin_count = 0;
     for (std::size_t i = hits.size() * chunk / kParts; i < hits.size() * (chunk + 1) / kParts;
          ++i) {
         const double delay_s = double{hits[i].length_m} / double{response_.speed_of_sound_m_s};
-        add_hit(hits[i], cache, late_bin, delay_s, scale, sum);
+        bin_count += add_hit(hits[i], cache, late_bin, delay_s, scale, sum);
     }
+    summed_bins_ += bin_count;
     if (++parts_summed_ < part_count()) return;
     for (std::size_t g = 0; g < gathers_.size(); ++g) {
         for (std::size_t k = 0; k < bins.count(); ++k) {

@@ -89,6 +89,9 @@ class GatheredEnergy {
     /// response: the same to the bit for any order of the calls. [any thread]
     void sum(std::size_t part);
 
+    /// After all parts: the number of time bins of patches that were added.
+    std::uint64_t summed_bins() const { return summed_bins_; }
+
  private:
     struct Gather {
         const std::vector<GatherHit>& hits;
@@ -99,6 +102,7 @@ class GatheredEnergy {
     std::vector<Gather> gathers_;
     std::vector<std::optional<ShiftedHistogram>> parts_;  ///< those of each gather in turn
     std::atomic<std::size_t> parts_summed_ = 0;
+    std::atomic<std::uint64_t> summed_bins_ = 0;
 };
 
 }  // namespace aula

@@ -23,6 +23,9 @@ constexpr double kShareAtStart = 1;
 constexpr int kFewestInMotion = 768;
 constexpr int kFewestAtStart = 512;
 
+/// With still fewer rays those of the emitters have most of it, and the time of the gather counts.
+constexpr int kMostPerRay = 4;
+
 /// At a receiver whose gathers are not averaged over frames.
 constexpr int kFewestAtReceiver = 1024;
 
@@ -43,7 +46,8 @@ constexpr std::size_t kPairsAtRestPerFrame = 2;
 /// Number of rays of a gather in motion, `share` per ray of an emitter.
 int rays_in_motion(int rays, bool scene_moved, double share, int fewest) {
     if (scene_moved) return kMost;
-    return static_cast<int>(std::clamp(share * rays, double(fewest), double{kMost}));
+    const int lowest = std::min(fewest, kMostPerRay * rays);
+    return static_cast<int>(std::clamp(share * rays, double(lowest), double{kMost}));
 }
 
 /// Number of rays with which a pair gathers. The variance of a pair's mean is A / R + B / M after R

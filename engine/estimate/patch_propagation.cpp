@@ -31,12 +31,16 @@ constexpr int kGatherRaysTogether = 4096;
 
 using GatheredEnergies = std::map<std::size_t, GatheredEnergy>;
 
-void sum(GatheredEnergies& energies, WorkerPool& workers) {
+/// Sums the gathers of all pairs. Returns the number of time bins that were added.
+std::uint64_t sum(GatheredEnergies& energies, WorkerPool& workers) {
     std::vector<std::pair<GatheredEnergy*, std::size_t>> parts;
     for (auto& [i, energy] : energies)
         for (std::size_t part = 0; part < energy.part_count(); ++part)
             parts.emplace_back(&energy, part);
     workers.run(parts.size(), [&](std::size_t job) { parts[job].first->sum(parts[job].second); });
+    std::uint64_t bins = 0;
+    for (const auto& [i, energy] : energies) bins += energy.summed_bins();
+    return bins;
 }
 
 }  // namespace
@@ -348,7 +352,7 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
     }
     workers_.run(jobs);
     for (const FinalGather& gather : gathers) statistics.segments += gather.segments();
-    sum(energies, workers_);
+    statistics.summed_bins += sum(energies, workers_);
 }
 
 /// Detects the segments of a pair's ends.
@@ -400,7 +404,8 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
 /// The sources' caches serve all receivers, which therefore need no caches.
 void PatchPropagation::gather_at(const PropagationFrame& frame,
                                  std::span<const SpecularSound> images,
-                                 std::span<EnergyResponse> responses) {
+                                 std::span<EnergyResponse> responses,
+                                 FrameStatistics& statistics) {
     const std::vector<Vec3>& at = frame.input.listeners;
     resting_.resize(at.size());
     for (std::size_t r = 0; mirrors_ && r < at.size(); ++r) {
@@ -420,7 +425,8 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
             const auto added = energies.try_emplace(s, responses[s * at.size() + r]).first;
             added->second.add(gather.hits(), caches_[s], 1);
         }
-        sum(energies, workers_);
+        statistics.segments += gather.segments();
+        statistics.summed_bins += sum(energies, workers_);
     }
     if (!mirrors_) return;
     workers_.run(responses.size(), [&](std::size_t pair) {

@@ -57,7 +57,7 @@ class PatchPropagation final : public ResponseEstimator {
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
               std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
     void gather_at(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                   std::span<EnergyResponse> responses) override;
+                   std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
     std::vector<Ray> rays(const PropagationFrame& frame) const override;
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
                                      int order) const override;

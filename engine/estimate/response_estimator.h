@@ -59,10 +59,12 @@ class ResponseEstimator {
 
     /// Adds to `responses` what their paths do not contain, [source * receivers + receiver], from
     /// the caches of the last step, whose frame `frame` is except for its listeners: these are the
-    /// receivers. `images` are those of the receivers. Only for estimators with patches.
+    /// receivers. `images` are those of the receivers. Adds to `statistics`. Only for estimators with
+    /// patches.
     virtual void gather_at(const PropagationFrame& /*frame*/,
                            std::span<const SpecularSound> /*images*/,
-                           std::span<EnergyResponse> /*responses*/) {}
+                           std::span<EnergyResponse> /*responses*/,
+                           FrameStatistics& /*statistics*/) {}
 
     /// The rays of the next step if nothing moves.
     virtual std::vector<Ray> rays(const PropagationFrame& frame) const = 0;

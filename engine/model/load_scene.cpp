@@ -16,7 +16,14 @@ LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
     if (!is_mesh_file(file))
         return parse_scene(read_regular_file(file, kMaxBytes, "a scene file"), name, folder,
                            signals);
-    ModelScene model = scene_of_model(file, folder);
+    return load_model(file, {}, signals);
+}
+
+LoadedScene load_model(const std::filesystem::path& file, const ModelOptions& options,
+                       SignalFiles signals) {
+    const std::string name = file.string();
+    const std::filesystem::path folder = file.parent_path();
+    ModelScene model = scene_of_model(file, folder, options);
     LoadedScene loaded = read_scene(std::move(model.json), name, folder, signals);
     for (const std::string& guess : model.guesses)
         loaded.warnings.push_back(name + ": guessed " + guess);

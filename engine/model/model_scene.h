@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "aula/engine/scene_file.h"
 #include "engine/input/json.h"
 
 namespace aula {
@@ -26,5 +27,9 @@ struct ModelScene {
 /// where people would stand. File names in the scene are relative to `folder`. Throws InputError.
 ModelScene scene_of_model(const std::filesystem::path& file, const std::filesystem::path& folder,
                           const ModelOptions& options = {});
+
+/// Reads the scene of a mesh file, as load_scene().
+LoadedScene load_model(const std::filesystem::path& file, const ModelOptions& options,
+                       SignalFiles signals = SignalFiles::required);
 
 }  // namespace aula

@@ -187,8 +187,15 @@ Estimator read_estimator(const JsonReader& json) {
     json.fail("unknown estimator " + quoted(name) + "; expected one of " + quoted_list(names));
 }
 
+Quality read_quality(const JsonReader& json) {
+    constexpr const char* kExpected = "\"draft\", \"normal\" or \"fine\"";
+    const std::string name = json.string(kExpected);
+    if (const auto quality = quality_from_name(name)) return *quality;
+    json.fail("unknown quality " + quoted(name) + "; expected " + kExpected);
+}
+
 Simulation read_simulation(const JsonReader& json) {
-    json.allow_keys({"estimator", "rays", "order", "response_time_s", "patch_size_m",
+    json.allow_keys({"estimator", "quality", "rays", "order", "response_time_s", "patch_size_m",
                      "listener_radius_m", "frame_rate_hz", "ir_length_s", "seed", "threads",
                      "memory_mb", "direct", "diffraction_order", "specular_order", "specular",
                      "transmission"});
@@ -202,6 +209,7 @@ Simulation read_simulation(const JsonReader& json) {
                                       "\"auto\", or seconds above 0, at most 10"};
     Simulation s;
     json.read("estimator", [&](const JsonReader& x) { s.estimator = read_estimator(x); });
+    json.read("quality", [&](const JsonReader& x) { s.quality = read_quality(x); });
     json.read("rays", [&](const JsonReader& x) { s.rays = x.integer(1, Simulation::kMaxRays); });
     json.read("order", [&](const JsonReader& x) { s.order = x.integer(0, Simulation::kMaxOrder); });
     json.read("response_time_s",
@@ -297,10 +305,8 @@ LoadedScene read_scene(JsonValue json, const std::string& name, const std::files
             listener = root.require("listener", "an object with the listener's position");
             scene.listener = read_listener(*listener);
         });
-        root.read("simulation", [&](const JsonReader& x) {
-            scene.simulation = read_simulation(x);
-            loaded.rays_given = x.find("rays").has_value();
-        });
+        root.read("simulation",
+                  [&](const JsonReader& x) { scene.simulation = read_simulation(x); });
         root.read("speech", [&](const JsonReader& x) { scene.speech = read_speech(x); });
     });
     if (!errors.empty()) throw SceneErrors(errors.messages(name));

@@ -23,6 +23,17 @@ constexpr EstimatorName kEstimatorNames[] = {
     {Estimator::patch, "patch"},
 };
 
+struct QualityName {
+    Quality quality;
+    const char* name;
+};
+
+constexpr QualityName kQualityNames[] = {
+    {Quality::draft, "draft"},
+    {Quality::normal, "normal"},
+    {Quality::fine, "fine"},
+};
+
 }  // namespace
 
 const char* estimator_name(Estimator estimator) {
@@ -35,6 +46,20 @@ const char* estimator_name(Estimator estimator) {
 std::optional<Estimator> estimator_from_name(const std::string& name) {
     for (const EstimatorName& entry : kEstimatorNames) {
         if (name == entry.name) return entry.estimator;
+    }
+    return std::nullopt;
+}
+
+const char* quality_name(Quality quality) {
+    const auto* entry = std::find_if(std::begin(kQualityNames), std::end(kQualityNames),
+                                     [=](const auto& e) { return e.quality == quality; });
+    assert(entry != std::end(kQualityNames));
+    return entry->name;
+}
+
+std::optional<Quality> quality_from_name(const std::string& name) {
+    for (const QualityName& entry : kQualityNames) {
+        if (name == entry.name) return entry.quality;
     }
     return std::nullopt;
 }
@@ -54,7 +79,7 @@ void Simulation::check() const {
     const auto is_above_0 = [](float value, float highest) {
         return value > 0 && value <= highest;
     };
-    need(is_within(rays, 1, kMaxRays), "rays is not between 1 and 200000");
+    need(is_within(ray_count(), 1, kMaxRays), "rays is not between 1 and 200000");
     need(is_within(order, 0, kMaxOrder), "order is not between 0 and 1000000");
     need(is_within(specular_order, 0, kHighestSpecularOrder),
          "specular_order is not between 0 and 100");

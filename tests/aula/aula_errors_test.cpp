@@ -152,6 +152,8 @@ TEST_CASE("Invalid arguments are refused with one line and status 2") {
         {{scene, "--report="}, {"--report", "name of a file"}},
         {{scene, "--report", "--speech-level", "60,70"}, {"--speech-level", "60,70", "8"}},
         {{scene, "--report", "--noise-level", "loud"}, {"--noise-level", "loud", "octave"}},
+        {{scene, "--offline", out, "--quality", "best"},
+         {"--quality", "\"best\"", "draft, normal, fine"}},
         {{scene, "--offline", out, "--rays", "0"}, {"--rays", "\"0\"", "from 1"}},
         {{scene, "--offline", out, "--rays", "many"}, {"--rays", "\"many\"", "whole number"}},
         {{scene, "--offline", out, "--rays", "10.5"}, {"--rays", "10.5"}},
@@ -198,6 +200,9 @@ TEST_CASE("Invalid scenes are refused with one line that names the place, and st
         {with(kSmallRoom, "\"noise\"", "\"none.wav\""), "bad.json: /sources/0/signal"},
         {with(kSmallRoom, "\"noise\"", "\"words.wav\""), "words.wav"},
         {with(kSmallRoom, "\"rays\": 200", "\"rays\": 0"), "bad.json: /simulation/rays"},
+        {with(kSmallRoom, "\"rays\": 200", "\"quality\": \"best\""),
+         "bad.json: /simulation/quality: unknown quality \"best\"; expected \"draft\", \"normal\" or "
+         "\"fine\""},
     };
     for (const Bad& bad : all) {
         const std::string scene = folder.write("bad.json", bad.text);

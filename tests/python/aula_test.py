@@ -313,7 +313,13 @@ class Scenes(unittest.TestCase):
                 room = aula.load_scene(file)
         self.assertEqual(list(room.materials), ["plaster"])
         self.assertEqual(list(room.sources), ["clap"])
-        self.assertIn("guessed material", str(guesses[0].message))
+            self.assertIn("guessed material", str(guesses[0].message))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                twice = aula.import_model(file, scale=2, up="y")
+            np.testing.assert_allclose(np.ptp(twice.geometry[0], axis=0), (10, 6, 8))
+            self.check("scale", lambda: aula.import_model(file, scale=0))
+            self.check("up", lambda: aula.import_model(file, up="x"))
 
     def test_materials(self):
         room = aula.Scene.shoebox((6, 5, 3), material="plaster")

@@ -209,6 +209,10 @@ class Options {
              {Estimator::pt, Estimator::dpc_published, Estimator::dpc, Estimator::patch})
             estimators.emplace_back(estimator_name(e), e);
         choice<Estimator>("--estimator", estimators, simulation(&Simulation::estimator));
+        choice<Quality>(
+            "--quality",
+            {{"draft", Quality::draft}, {"normal", Quality::normal}, {"fine", Quality::fine}},
+            simulation(&Simulation::quality));
         integer<int>("--rays", 1, Simulation::kMaxRays,
                      [this, change = simulation(&Simulation::rays)](int n) {
                          arguments_.rays_given = true;

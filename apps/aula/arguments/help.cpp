@@ -47,7 +47,8 @@ modes (--ir, --echogram and --report may be combined)
   --echogram OUT.csv     energy response per octave band in 1/m2 for unit emitted energy
   --report[=OUT.json]    ISO 3382 parameters: a table on stdout; with OUT.json also as JSON
   --frames N             measure over N frames (default: until the standard errors of level, C80,
-                         T30, EDT are 0.05 dB, 0.1 dB, 1 %, 1 % in each octave, at most 2000)
+                         T30, EDT are 0.05 dB, 0.1 dB, 1 %, 1 % in each octave, at most 2000, and
+                         as far as --quality allows)
   --speech-level DB      of the speech transmission index: dB(A) of male speech at 1 m, or 8
                          octave levels a,b,.. [the scene's, else 60]
   --noise-level DB       noise at the listener: one level for each octave, or 8 [the scene's]
@@ -92,7 +93,12 @@ positions (metres, x front, y left, z up)
 
 simulation (overrides the scene; defaults in brackets)
   --estimator NAME       pt, dpc-published, dpc or patch [patch]
-  --rays N               rays per source and frame [1000; live: fewer if frames take too long]
+  --quality NAME         time that is spent: draft, normal or fine. Of --offline: a second of sound
+                         takes about 0.25 or 1 s on two processors, or as long as 1000 rays take.
+                         Of measurements: about 15 s, 1 min, or until their errors are small
+                         [normal]
+  --rays N               rays per source and frame [--offline: as --quality allows, at most 1000;
+                         otherwise 1000, live fewer if frames take too long]
   --order N              highest reflection order; 0: no limit [0]
   --specular-order N     highest order of the image sources [3]
   --response-time S      averaging time of the caches, tau, in seconds [0.5]

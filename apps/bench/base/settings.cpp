@@ -12,11 +12,11 @@
 namespace aula::bench {
 
 Subject::Subject(std::string scene_name, const Scene& given, const Settings& settings)
-    : name(std::move(scene_name)), scene(given) {
+    : name(std::move(scene_name)), sources(given.sources), scene(given) {
     if (scene.sources.empty()) throw InputError(name, "/sources", "is empty; expected a source");
     scene.sources.resize(1);
     Simulation& s = scene.simulation;
-    s.rays = settings.rays.value_or(s.rays);
+    if (settings.rays) s.rays = settings.rays;
     s.order = settings.order.value_or(s.order);
     s.response_time_s = settings.response_time_s.value_or(s.response_time_s);
     s.patch_size_m = settings.patch_size_m.value_or(s.patch_size_m);

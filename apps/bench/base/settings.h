@@ -39,6 +39,7 @@ struct Settings {
 /// A scene to be measured: with a name, overridden settings and its first source only.
 struct Subject {
     std::string name;
+    std::vector<Source> sources;  ///< all of the scene's
     Scene scene;
     int frames = 1;   ///< before a response is read; `pt`: one
     int threads = 1;  ///< of the propagation

@@ -89,8 +89,8 @@ std::vector<FrameInput> frames_of(const Subject& subject, const Script& script) 
 
 /// CPU time of each frame.
 std::vector<double> measure(const Subject& subject, const std::vector<FrameInput>& frames) {
-    Propagation propagation(subject.scene,
-                            subject.simulation(Estimator::patch, subject.scene.simulation.rays));
+    Propagation propagation(
+        subject.scene, subject.simulation(Estimator::patch, subject.scene.simulation.ray_count()));
     propagation.reserve_memory();  // as live playback does
     std::vector<double> frame_s;
     for (const FrameInput& frame : frames) {
@@ -123,7 +123,7 @@ std::vector<Row> measure_changes(const Subject& subject, const Settings& setting
         row.figures = {{"bench", "changes"},
                        {"scene", subject.name},
                        {"change", script.name},
-                       {"rays", std::int64_t{subject.scene.simulation.rays}},
+                       {"rays", std::int64_t{subject.scene.simulation.ray_count()}},
                        {"frames", static_cast<std::int64_t>(frames.size())},
                        {"frame_cpu_ms", mean_s * 1e3},
                        {"worst_cpu_ms", *worst * 1e3},

@@ -91,7 +91,8 @@ Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
         scene.sources[s].position = sources[s];
         scene.sources[s].path.reset();
     }
-    const Simulation simulation = subject.simulation(Estimator::patch, scene.simulation.rays);
+    const Simulation simulation =
+        subject.simulation(Estimator::patch, scene.simulation.ray_count());
     Propagation propagation(scene, simulation);
     const RayScene rays(scene);
     Stopwatch watch;
@@ -119,7 +120,7 @@ Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
                    {"scene", subject.name},
                    {"basis", "rays"},
                    {"sources", static_cast<std::int64_t>(sources.size())},
-                   {"rays", std::int64_t{scene.simulation.rays}},
+                   {"rays", std::int64_t{scene.simulation.ray_count()}},
                    {"triangles", static_cast<std::int64_t>(rays.triangle_count())},
                    {"edges", static_cast<std::int64_t>(edges.count())},
                    {"bent_paths", paths / kFrames},

@@ -108,7 +108,7 @@ std::vector<Row> measure_fluctuation(const Subject& subject, const Settings& set
     const auto samples =
         fast_fft_size(static_cast<std::size_t>(std::ceil((first_s + duration_s) * kRate_hz)));
     const std::vector<float> noise = pink_noise(samples, kRate_hz);
-    const int rays = scene.simulation.rays;
+    const int rays = scene.simulation.ray_count();
     const int converged_rays = std::min(kConvergedRays * rays, Simulation::kMaxRays);
     settings.progress("fluctuation: " + std::to_string(rays) + " rays");
     const std::vector<float> heard = listen(scene, rays, noise);

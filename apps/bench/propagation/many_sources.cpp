@@ -33,8 +33,8 @@ Outcome follow(const Subject& subject, const std::vector<Vec3>& sources, bool mo
         scene.sources[s].position = sources[s];
         scene.sources[s].path.reset();
     }
-    Propagation propagation(scene,
-                            subject.comparable_simulation(Estimator::patch, scene.simulation.rays));
+    Propagation propagation(
+        scene, subject.comparable_simulation(Estimator::patch, scene.simulation.ray_count()));
     FrameInput input{0, sources, {scene.listener.pose_at(0).position}};
     const double began_s = cpu_time_s();
     for (int f = 0; f < kFrames; ++f) {
@@ -96,7 +96,7 @@ std::vector<Row> measure_many_sources(const Subject& subject, const Settings& se
                 {"scene", subject.name},
                 {"listener", moving ? "moving" : "at rest"},
                 {"sources", static_cast<std::int64_t>(sources.size())},
-                {"rays", std::int64_t{subject.scene.simulation.rays}},
+                {"rays", std::int64_t{subject.scene.simulation.ray_count()}},
                 {"frame_cpu_ms", outcome.frame_cpu_s * 1000},
                 {"cost_to_one", outcome.frame_cpu_s / one_s},
                 {"tracking_error",

@@ -156,7 +156,7 @@ std::vector<Row> rows_of(const std::vector<Run>& runs, const Settings& settings)
 
 std::vector<Row> measure_noise(const Subject& subject, const Settings& settings) {
     // Run every estimator at equal rays, then at equal CPU time.
-    const int scene_rays = subject.scene.simulation.rays;
+    const int scene_rays = subject.scene.simulation.ray_count();
     std::vector<Run> runs;
     double budget_s = 0;
     for (const Estimator estimator : settings.estimators) {
@@ -181,7 +181,7 @@ std::vector<Row> measure_noise(const Subject& subject, const Settings& settings)
 std::vector<Row> measure_sweep(const Subject& subject, const Settings& settings) {
     constexpr std::array<float, 5> kTaus_s{0.1F, 0.2F, 0.5F, 1.0F, 2.0F};
     constexpr std::array<float, 5> kSizes_m{0.125F, 0.25F, 0.5F, 1.0F, 2.0F};
-    const int rays = subject.scene.simulation.rays;
+    const int rays = subject.scene.simulation.ray_count();
     const auto run_at = [&](const Settings& changed, std::vector<Run>& runs) {
         const Subject at(subject.name, subject.scene, changed);
         for (const Estimator estimator : settings.estimators) {

@@ -28,7 +28,8 @@ double median(std::vector<double> values) {
 std::vector<Row> measure_receivers(const Subject& subject, const Settings& settings) {
     Scene scene = subject.scene;
     scene.sources.resize(1);
-    const Simulation simulation = subject.simulation(Estimator::patch, scene.simulation.rays);
+    const Simulation simulation =
+        subject.simulation(Estimator::patch, scene.simulation.ray_count());
     Propagation propagation(scene, simulation);
     const FrameInput input{.sources = {scene.sources[0].position_at(0)},
                            .listeners = {scene.listener.pose_at(0).position}};
@@ -60,7 +61,7 @@ std::vector<Row> measure_receivers(const Subject& subject, const Settings& setti
     Row row;
     row.figures = {{"bench", "receivers"},
                    {"scene", subject.name},
-                   {"rays", std::int64_t{simulation.rays}},
+                   {"rays", std::int64_t{simulation.ray_count()}},
                    {"receivers", std::int64_t{kReceivers}},
                    {"source_trace_ms", median(trace_s) * 1000},
                    {"receiver_ms", median(receiver_s) * 1000},

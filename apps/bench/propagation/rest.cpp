@@ -54,13 +54,15 @@ std::vector<Row> measure_rest(const Subject& subject, const Settings& settings) 
     const Simulation& simulation = subject.scene.simulation;
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};
-    const int rays = rays_for_cpu_time(settings.frame_ms / 1000, simulation.rays, [&](int attempt) {
-        settings.progress("rest: " + std::to_string(attempt) + " rays");
-        double least_s = std::numeric_limits<double>::infinity();
-        for (int k = 0; k < kTrials; ++k)
-            least_s = std::min(least_s, rest(subject, input, attempt, kTrialFrames).frame_cpu_s);
-        return least_s;
-    });
+    const int rays =
+        rays_for_cpu_time(settings.frame_ms / 1000, simulation.ray_count(), [&](int attempt) {
+            settings.progress("rest: " + std::to_string(attempt) + " rays");
+            double least_s = std::numeric_limits<double>::infinity();
+            for (int k = 0; k < kTrials; ++k)
+                least_s =
+                    std::min(least_s, rest(subject, input, attempt, kTrialFrames).frame_cpu_s);
+            return least_s;
+        });
     const auto frames = static_cast<int>(std::lround(kRest_s * double{simulation.frame_rate_hz}));
     settings.progress("rest: 10 s with " + std::to_string(rays) + " rays");
     const AtRest at_rest = rest(subject, input, rays, frames);

@@ -49,7 +49,7 @@ Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene
         work();
         return clock_s() - began_s;
     };
-    Simulation simulation = subject.simulation(estimator, subject.scene.simulation.rays);
+    Simulation simulation = subject.simulation(estimator, subject.scene.simulation.ray_count());
     Speed speed;
     std::optional<Propagation> propagation;
     speed.prepare_s = seconds_of([&] { propagation.emplace(subject.scene, simulation); });
@@ -154,7 +154,7 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
                        {"scene", subject.name},
                        {"basis", "rays"},
                        {"estimator", estimator_name(estimator)},
-                       {"rays", std::int64_t{subject.scene.simulation.rays}},
+                       {"rays", std::int64_t{subject.scene.simulation.ray_count()}},
                        {"triangles", static_cast<std::int64_t>(scene.triangle_count())},
                        {"threads", std::int64_t{subject.threads}},
                        {"prepare_s", speed.prepare_s},

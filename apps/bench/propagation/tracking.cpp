@@ -265,7 +265,7 @@ Deviation deviation_of(const Published& published, const WalkReference& referenc
 
 std::vector<Row> measure_walk(const Subject& subject, const Walk& walk, const Settings& settings,
                               std::unique_ptr<WalkReference>& reference, WorkerPool& workers) {
-    const int scene_rays = subject.scene.simulation.rays;
+    const int scene_rays = subject.scene.simulation.ray_count();
     const std::size_t all = walk.frames.size();
     const auto cost_frames =
         std::min(all, 2 * static_cast<std::size_t>(subject.scene.simulation.window_frames()));

@@ -14,11 +14,11 @@ from ._places import Microphone, Source, Trajectory
 from ._places import Positions as Positions
 from ._results import Measurement, energy, measure, parameters, render, rir
 from ._results import Output as Output
-from ._scene import Scene, load_scene
+from ._scene import Scene, import_model, load_scene
 
 __all__ = ["BANDS_HZ", "Error", "Failure", "Material", "Measurement", "Microphone", "Scene",
-           "Source", "Trajectory", "absorption", "analyse", "energy", "library", "load_scene",
-           "material", "measure", "parameters", "render", "rir"]
+           "Source", "Trajectory", "absorption", "analyse", "energy", "import_model", "library",
+           "load_scene", "material", "measure", "parameters", "render", "rir"]
 
 BANDS_HZ: tuple[int, ...] = (63, 125, 250, 500, 1000, 2000, 4000, 8000)
 """Nominal centre frequencies of the octave bands, Hz."""

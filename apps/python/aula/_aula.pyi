@@ -56,6 +56,9 @@ class Scene:
     @staticmethod
     def load(file: str, /) -> tuple[Scene, list[str]]: ...
     @staticmethod
+    def load_model(file: str, scale: float | None, y_is_up: bool | None, /) \
+        -> tuple[Scene, list[str]]: ...
+    @staticmethod
     def parse(text: str, name: str, /) -> Scene: ...
     @staticmethod
     def mesh(vertices: NDArray[np.float32], triangles: NDArray[np.uint32],

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _aula
-from ._arguments import dimensions, to_array, to_bands, to_file, to_text
+from ._arguments import dimensions, to_array, to_bands, to_file, to_number, to_text
 from ._aula import Error, Material
 from ._materials import SceneMaterials, to_material
 from ._materials import absorption as absorption_of
@@ -233,7 +233,22 @@ def _unpickle(state: bytes, has_listener: bool) -> Scene:
 def load_scene(file: str | os.PathLike[str]) -> Scene:
     """Reads a scene file, or a model (.obj, .gltf, .glb, .ply, .stl); warns of what its check
     reports and of what is guessed."""
-    scene, lines = _aula.Scene.load(to_file("file", file))
+    return _loaded(*_aula.Scene.load(to_file("file", file)))
+
+
+def import_model(file: str | os.PathLike[str], scale: float | None = None,
+                 up: str | None = None) -> Scene:
+    """Reads a model (.obj, .gltf, .glb, .ply, .stl) as `load_scene`. `scale` is in metres per unit
+    of the model, `up` its vertical axis, "y" or "z"; without them they are guessed."""
+    if scale is not None:
+        scale = to_number("scale", scale, 1e-6, 1e6)
+    if up not in (None, "y", "z"):
+        raise Error(f"up: {up!r}; expected y or z")
+    return _loaded(*_aula.Scene.load_model(to_file("file", file), scale,
+                                           None if up is None else up == "y"))
+
+
+def _loaded(scene: _aula.Scene, lines: list[str]) -> Scene:
     for line in lines:
-        warnings.warn(line, stacklevel=2)
+        warnings.warn(line, stacklevel=3)
     return Scene._of(scene, True)

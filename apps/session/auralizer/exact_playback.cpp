@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/session/frames/ray_budget.h"
 #include "audio/spatial/ambisonics.h"
 
 namespace aula {
@@ -25,6 +26,12 @@ std::size_t frames_ahead(const RendererConfig& config, std::size_t listeners) {
     return frame_bytes > kLargeFrame_bytes ? 1 : kFramesAhead;
 }
 
+/// Counted time of a frame; none if the number of rays is given.
+std::optional<double> work_of(const Simulation& simulation) {
+    if (simulation.rays || simulation.quality == Quality::fine) return {};
+    return allowed_s(simulation.quality, 1 / double{simulation.frame_rate_hz});
+}
+
 }  // namespace
 
 ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options,
@@ -32,6 +39,7 @@ ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options
     : RoomPlayback(scene, options, kBlock, std::move(hrtf)),
       frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
       unit_(options.sample_by_sample ? 1 : kBlock),
+      work_s_(work_of(scene.simulation)),
       frames_ahead_(frames_ahead(computer_.config(), options.listeners)),
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),
@@ -95,6 +103,7 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
         call_before_frame(auralizer, sample, time_s);
         FrameRoom room = take_changes(sample, sample, time_s);
         room.state.exchange = {sample, frame_start(k + 1)};
+        if (!room.state.rays) room.state.work_s = work_s_;
         computer_.compute(room, frames);
         {
             const std::lock_guard lock(mutex_);

@@ -4,6 +4,7 @@
 #include <deque>
 #include <exception>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "apps/session/auralizer/room_playback.h"
@@ -48,7 +49,8 @@ class ExactPlayback : public RoomPlayback {
     };
 
     const double frame_rate_hz_;
-    const int unit_;  ///< most samples that the renderer processes together
+    const int unit_;                      ///< most samples that the renderer processes together
+    const std::optional<double> work_s_;  ///< counted time of a frame, see RoomState
     const std::size_t frames_ahead_;
 
     // Used by the rendering thread.

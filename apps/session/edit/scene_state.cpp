@@ -18,7 +18,7 @@ namespace aula {
 
 namespace {
 
-constexpr std::string_view kHeader = "aula scene 2\n";
+constexpr std::string_view kHeader = "aula scene 3\n";
 
 /// Directions by which directivities are compared: a spiral over the sphere with equal areas.
 std::vector<Vec3> probe_directions() {
@@ -221,6 +221,7 @@ void transfer(Archive& archive, T& source) {
 template <typename Archive>
 void transfer_simulation(Archive& archive, auto& s, bool threads) {
     transfer_enum(archive, s.estimator, static_cast<int>(Estimator::patch));
+    transfer_enum(archive, s.quality, static_cast<int>(Quality::fine));
     transfer_all(archive, s.rays, s.order, s.specular_order, s.specular, s.direct,
                  s.diffraction_order, s.transmission, s.response_time_s, s.patch_size_m,
                  s.listener_radius_m, s.frame_rate_hz, s.ir_length_s, s.seed);

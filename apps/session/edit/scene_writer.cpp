@@ -200,7 +200,10 @@ void write_simulation(JsonValue& root, const Simulation& before, const Simulatio
     if (before.estimator != now.estimator)
         set(member_object(root, "simulation"), "estimator",
             json_of(std::string(estimator_name(now.estimator))));
-    write("rays", &Simulation::rays);
+    if (before.quality != now.quality)
+        set(member_object(root, "simulation"), "quality",
+            json_of(std::string(quality_name(now.quality))));
+    write_optional("rays", &Simulation::rays);
     write("order", &Simulation::order);
     write("specular_order", &Simulation::specular_order);
     write("specular", &Simulation::specular);

@@ -45,7 +45,7 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
                              settings, hrtf.get())),
       carriers_(make_noise_carriers(settings.sample_rate_hz, scene.simulation.seed)),
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
-      rays_(scene.simulation.rays),
+      rays_(scene.simulation.ray_count()),
       listeners_(settings.listeners),
       slot_sources_(config_.sources) {
     for (std::size_t l = 0; l < settings.listeners; ++l)
@@ -66,7 +66,8 @@ int FrameMaker::rays_wanted(const RoomState& room) const {
     if (room.frame_share && frame_s_ > 0)
         return rays_within_budget(rays_, statistics(), frame_s_,
                                   *room.frame_share * config_.frame_s);
-    return room.rays.value_or(simulation_.rays);
+    if (room.work_s && frame_s_ > 0) return rays_within_work(rays_, statistics(), *room.work_s);
+    return room.rays.value_or(simulation_.ray_count());
 }
 
 /// Adds and removes voices to match the sources.

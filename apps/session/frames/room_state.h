@@ -34,6 +34,8 @@ struct RoomState {
     float late_gain = 1;                    ///< of everything else
     std::optional<int> rays{};              ///< per source and frame; the scene's where absent
     std::optional<double> frame_share{};    ///< of the frame period to spend; limits the rays
+    /// Counted time that a frame may take (counted_s()), in s; limits the rays.
+    std::optional<double> work_s{};
     /// Sample times at which the frame is exchanged and replaced, where they are known.
     std::optional<std::pair<std::int64_t, std::int64_t>> exchange{};
 };

@@ -327,7 +327,7 @@ PlayControls Player::State::controls_of(const PreparedScene& prepared, const Liv
 /// Rays and response length of a prepared scene, as in the previous one if it continues.
 LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
     const double length_s = prepared.auralizer.room().response_length_s();
-    const LiveLoad::Full full{.rays = prepared.scene.simulation.rays,
+    const LiveLoad::Full full{.rays = prepared.scene.simulation.ray_count(),
                               .length_s = prepared.room_length_s.value_or(length_s),
                               .rays_fall = prepared.options.rays_fall,
                               .length_falls = prepared.room_length_s.has_value()};

@@ -109,8 +109,8 @@ void PreparedScene::apply(const PlayControls& controls, double time_s, bool with
     if (controls.frame_share)
         room.set_frame_share(*controls.frame_share);
     else
-        room.set_rays(
-            std::clamp(controls.rays.value_or(scene.simulation.rays), 1, Simulation::kMaxRays));
+        room.set_rays(std::clamp(controls.rays.value_or(scene.simulation.ray_count()), 1,
+                                 Simulation::kMaxRays));
 }
 
 void PreparedScene::take_signals(const PreparedScene& before) {

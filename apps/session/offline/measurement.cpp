@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -14,7 +15,6 @@
 #include "apps/session/offline/static_propagation.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/exception.h"
-#include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
 #include "engine/scene/scene_values.h"
 
@@ -138,7 +138,7 @@ void check(const SpeechConditions& speech) {
 void check(const MeasurementOptions& options) {
     if (options.frames.value_or(1) < 1 || options.max_frames < 1)
         throw InputError("measurement: expected at least one frame");
-    if (!(options.max_time_s > 0)) throw InputError("measurement: expected a time above 0");
+    if (!(options.max_work_s > 0)) throw InputError("measurement: expected a time above 0");
     for (const MeasuredParameter p : kMeasuredParameters)
         if (!(wanted_error(options.limits, p) > 0))
             throw InputError("measurement: expected limits of standard errors above 0");
@@ -229,12 +229,25 @@ void warn_of_missing_decays(Measurement& m) {
     }
 }
 
+/// The options in a quality: a draft has twice the errors, which takes a quarter of the rays.
+MeasurementOptions with_quality(MeasurementOptions options, Quality quality) {
+    constexpr double kDraftErrors = 2;
+    if (quality == Quality::draft) {
+        for (double* limit : {&options.limits.level_db, &options.limits.c80_db, &options.limits.t30,
+                              &options.limits.edt})
+            *limit *= kDraftErrors;
+        options.max_work_s /= kDraftErrors * kDraftErrors;
+    }
+    if (quality == Quality::fine) options.max_work_s = std::numeric_limits<double>::infinity();
+    return options;
+}
+
 /// Measures the sources of a scene at receivers.
 std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receivers,
-                                   const MeasurementOptions& options) {
-    check(options);
+                                   const MeasurementOptions& given) {
+    check(given);
     check(scene.speech);
-    const Stopwatch watch;
+    const MeasurementOptions options = with_quality(given, scene.simulation.quality);
     StaticPropagation propagation(scene, receivers);
     const int max_frames = options.frames.value_or(options.max_frames);
     const int window = options.frames
@@ -242,13 +255,13 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                            : std::min(window_frames(scene.simulation, max_frames), max_frames);
     const auto continues = [&](int done) {
         const double of_frames = static_cast<double>(done) / max_frames;
-        const double of_time = options.frames ? 0 : watch.total_s() / options.max_time_s;
+        const double of_time = options.frames ? 0 : propagation.work_s() / options.max_work_s;
         return !options.progress || options.progress(std::min(1.0, std::max(of_frames, of_time)));
     };
     PairMeans means(scene.sources.size() * receivers.size());
     std::vector<char> connected;
     bool certain = false;
-    bool out_of_time = false;
+    bool at_end_of_budget = false;
     for (std::size_t next_check = kFewestWindows;
          !certain && propagation.frames() + window <= max_frames;) {
         const std::vector<EnergyResponse> responses = propagation.window(window, continues);
@@ -262,9 +275,9 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
             }
         }
         if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
-        out_of_time =
-            !options.frames && means.windows() >= 2 && watch.total_s() >= options.max_time_s;
-        if (out_of_time) break;
+        at_end_of_budget =
+            !options.frames && means.windows() >= 2 && propagation.work_s() >= options.max_work_s;
+        if (at_end_of_budget) break;
         if (means.windows() < next_check) continue;
         next_check =
             static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(means.windows())));
@@ -277,11 +290,11 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.simulation = scene.simulation;
     m.length_s = propagation.response_length_s();
     m.frames = propagation.frames();
-    m.out_of_time = out_of_time;
-    if (out_of_time)
-        m.warnings.push_back(
-            formatted("the measurement was ended after %g s; another run may give other digits",
-                      options.max_time_s));
+    if (at_end_of_budget)
+        m.warnings.push_back(formatted(
+            "the budget of the measurement ended it after %d frames%s", m.frames,
+            scene.simulation.quality == Quality::draft ? "; --quality normal or fine takes longer"
+                                                       : "; --quality fine takes longer"));
     warn_of_patch_size(scene.simulation, propagation.patch_size_m(), m.warnings);
     for (std::size_t pair = 0; pair < connected.size(); ++pair) {
         m.responses.push_back(means[pair].mean());

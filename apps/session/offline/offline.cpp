@@ -104,9 +104,7 @@ OfflineRendering::~OfflineRendering() = default;
 
 std::int64_t OfflineRendering::samples() const { return state_->samples; }
 
-std::int64_t OfflineRendering::muted_samples() const {
-    return state_->auralizer.status().muted_samples;
-}
+AuralizerStatus OfflineRendering::status() const { return state_->auralizer.status(); }
 
 float OfflineRendering::patch_size_m() const { return state_->auralizer.patch_size_m(); }
 
@@ -164,7 +162,7 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
     if (!rendering.render(write, progress)) return std::nullopt;
     std::vector<std::string> warnings = warnings_of(signals);
     warn_of_patch_size(scene.simulation, rendering.patch_size_m(), warnings);
-    const std::int64_t muted = rendering.muted_samples() + writer.muted_samples();
+    const std::int64_t muted = rendering.status().muted_samples + writer.muted_samples();
     if (muted > 0)
         warnings.push_back(muted_text(muted));
     else if (silent)

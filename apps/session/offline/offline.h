@@ -12,6 +12,7 @@
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/signals.h"
 #include "aula/engine/scene.h"
+#include "aula/auralizer.h"
 #include "aula/measurement.h"
 
 namespace aula {
@@ -38,8 +39,8 @@ class OfflineRendering {
     /// requested a stop. Throws InputError, Failure.
     bool render(const Sink& sink, const Progress& progress = {});
 
-    /// See AuralizerStatus::muted_samples.
-    std::int64_t muted_samples() const;
+    /// The state of the room: see Auralizer::status().
+    AuralizerStatus status() const;
 
     /// See Propagation::patch_size_m.
     float patch_size_m() const;

@@ -1,5 +1,6 @@
 #include "apps/session/offline/static_propagation.h"
 
+#include "apps/session/frames/ray_budget.h"
 #include "apps/session/offline/response_mean.h"
 #include "engine/base/sampling.h"
 
@@ -79,6 +80,7 @@ std::vector<EnergyResponse> StaticPropagation::window(int count,
                 means[i / others.size() * receivers + listeners_ + i % others.size()].add(
                     gathered[i], frame + 1);
         }
+        work_s_ += counted_s(propagation_.statistics());
         if (!continues(++frames_)) return {};
     }
     std::vector<EnergyResponse> responses;

@@ -30,6 +30,8 @@ class StaticPropagation {
     std::vector<EnergyResponse> window(int count, const std::function<bool(int)>& continues);
 
     int frames() const { return frames_; }
+    /// Computation time of all frames as counted from their work, in s; see counted_s().
+    double work_s() const { return work_s_; }
     double response_length_s() const { return propagation_.response_length_s(); }
     float patch_size_m() const { return propagation_.patch_size_m(); }
 
@@ -47,6 +49,7 @@ class StaticPropagation {
     FrameInput input_;
     std::uint64_t windows_ = 0;
     int frames_ = 0;
+    double work_s_ = 0;
 };
 
 }  // namespace aula

@@ -36,7 +36,7 @@ Model::Model(const WindowOptions& options)
       scene_(open_scene(options_, options_.scene_file)),
       settings_(scene().simulation, options_.session.ambisonic_order),
       library_(material_library()),
-      player_(opened_player(scene(), session_of(scene_.read()), options_.warn)),
+      player_(opened_player(scene(), session_options(), options_.warn)),
       signals_(player_->sample_rate_hz(),
                [this](std::size_t source, std::shared_ptr<const Signal> signal) {
                    player_->play_signal(source, std::move(signal));
@@ -96,9 +96,9 @@ void Model::update(double now_s) {
 }
 
 /// Session options of a scene; the ambisonic order is that of the setting.
-SessionOptions Model::session_of(const LoadedScene& read) const {
+SessionOptions Model::session_options() const {
     SessionOptions session = options_.session;
-    session.rays_fall = !options_.rays_given && !read.rays_given;
+    session.rays_fall = !options_.rays_given;
     session.ambisonic_order = setting().ambisonic_order;
     return session;
 }
@@ -113,7 +113,7 @@ void Model::apply() {
     requested_ = wanted_setting();
     Scene played = scene();
     played.simulation = setting().simulation;
-    requested_change_ = player_->change(played, session_of(scene_.read()));
+    requested_change_ = player_->change(played, session_options());
 }
 
 /// False, with a message, while another scene is being opened.
@@ -207,7 +207,7 @@ void Model::switch_setting() {
     if (!may_change()) return;
     settings_.switch_active();
     set_control(&PlayControls::rays,
-                setting().rays_given ? std::optional(setting().simulation.rays) : std::nullopt);
+                setting().rays_given ? setting().simulation.rays : std::nullopt);
     apply();
     log_.say(active() == 0 ? "playing setting A" : "playing setting B");
 }

@@ -194,7 +194,7 @@ class Model {
 
     void adjust(const std::function<void(PlayControls&)>& change);
     void read_controls();
-    SessionOptions session_of(const LoadedScene& read) const;
+    SessionOptions session_options() const;
     PlayedSetting wanted_setting() const;
     void apply();
     bool may_change();

@@ -42,7 +42,7 @@ void Model::open(const std::filesystem::path& file) {
 
 /// Starts another scene; show_opened() shows it once it plays.
 void Model::play_scene(OpenedScene opened) {
-    opened_change_ = player_->change(*opened.scene, session_of(*opened.read), true);
+    opened_change_ = player_->change(*opened.scene, session_options(), true);
     opened_ = std::move(opened);
 }
 

@@ -44,7 +44,7 @@ TEST_CASE("Path lines start at the source, end on walls and lose the energy that
         CHECK(static_cast<double>(line.energy[4]) == Approx(std::pow(0.7, 4)).epsilon(1e-4));
     }
     CHECK(propagation.path_lines(input, 0, 5000, 2).size() ==
-          static_cast<std::size_t>(scene.simulation.rays));
+          static_cast<std::size_t>(scene.simulation.ray_count()));
 }
 
 TEST_CASE("Path lines are the paths of the last frame") {
@@ -70,7 +70,7 @@ TEST_CASE("Path lines are the paths of the last frame") {
         const TimeBins& bins = response.bins;
         // The bins of the paths whose second segment passes the listener's sphere.
         std::set<std::size_t> expected;
-        for (const PathLine& line : seen.path_lines(input, 0, simulation.rays, 2)) {
+        for (const PathLine& line : seen.path_lines(input, 0, simulation.ray_count(), 2)) {
             REQUIRE(line.points.size() == 3);
             const Vec3 from = line.points[1];
             const Vec3 direction = glm::normalize(line.points[2] - from);

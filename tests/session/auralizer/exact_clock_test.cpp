@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -257,4 +258,38 @@ TEST_CASE("Paths of a scene move only the sources, listener and objects that hav
         return rendered(auralizer, 9600, {256}, noise_at);
     };
     CHECK(render(true) == render(false));
+}
+
+TEST_CASE("Exact rendering takes as many rays as its quality allows, unless they are given") {
+    struct Rendered {
+        std::vector<float> samples;
+        int rays = 0;  ///< of the last frame
+    };
+    const auto render = [](Quality quality, std::optional<int> rays, int threads) {
+        Scene scene = small_room();
+        scene.materials[0].absorption = Bands::filled(0.02F);
+        scene.simulation.ir_length_s = 4;
+        scene.simulation.quality = quality;
+        scene.simulation.rays = rays;
+        scene.simulation.threads = threads;
+        AuralizerOptions options = mono();
+        options.max_sources = 4;
+        Auralizer auralizer(scene, options);
+        for (const float x : {1.0F, 2.0F, 3.0F})
+            auralizer.add_source({.position = {x, 1, 1.2F}}, 0);
+        Rendered result{rendered(auralizer, 16000, {256}, noise_at), 0};
+        result.rays = auralizer.status().rays;
+        return result;
+    };
+    const Rendered draft = render(Quality::draft, {}, 1);
+    CHECK(draft.rays >= 100);
+    CHECK(draft.rays < render(Quality::normal, {}, 1).rays);
+    const Rendered fine = render(Quality::fine, {}, 1);
+    CHECK(fine.rays == Simulation::kRays);
+    CHECK(fine.samples != draft.samples);
+    CHECK(fine.samples == render(Quality::draft, Simulation::kRays, 1).samples);
+    CHECK(render(Quality::draft, 400, 1).rays == 400);
+    const Rendered again = render(Quality::draft, {}, 3);
+    CHECK(again.rays == draft.rays);
+    CHECK(again.samples == draft.samples);
 }

@@ -208,6 +208,7 @@ TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     edited.simulation.estimator = Estimator::dpc;
     edited.simulation.ir_length_s = 0.7F;
     edited.simulation.rays = 100'000;
+    edited.simulation.quality = aula::Quality::draft;
     edited.simulation.transmission = false;
     edited.simulation.seed = 18446744073709551615U;
     check_same_scenes(scene.saved(edited), edited);

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 
 using namespace aula;
 
@@ -35,4 +36,31 @@ TEST_CASE("The number of rays is bounded, and constant after a frame without ray
         rays = rays_within_budget(rays, frame_of(rays), frame_s(rays), 0.001);
     CHECK(rays == 100);
     CHECK(rays_within_budget(1234, FrameStatistics{}, 0.003, 0.02) == 1234);
+}
+
+TEST_CASE("Counted time does not depend on clocks, and limits the rays of a frame") {
+    const auto counted = [](int rays) {
+        FrameStatistics statistics;
+        statistics.segments = 100 * static_cast<std::uint64_t>(rays);
+        statistics.summed_bins = 1'000'000;
+        statistics.trace_s = 1e3;
+        return statistics;
+    };
+    FrameStatistics untimed = counted(500);
+    untimed.trace_s = 0;
+    CHECK(counted_s(counted(500)) == counted_s(untimed));
+    CHECK(counted_s(counted(1000)) > counted_s(counted(500)));
+
+    const double wanted_s = counted_s(counted(400));
+    for (const int start : {100, 1000}) {
+        int rays = start;
+        for (int frame = 0; frame < 100; ++frame)
+            rays = rays_within_work(rays, counted(rays), wanted_s);
+        CHECK(rays == Approx(400).margin(1));  // a whole number
+    }
+    CHECK(rays_within_work(1000, counted(1000), 1) == 1000);
+    CHECK(rays_within_work(200, counted(200), 0) == 100);
+    CHECK(rays_within_work(200, FrameStatistics{}, 1) == 220);
+    CHECK(allowed_s(Quality::normal, 0.1) == Approx(0.15));
+    CHECK(allowed_s(Quality::draft, 0.1) == Approx(0.0375));
 }

@@ -382,18 +382,37 @@ TEST_CASE("The impulse response has the decay times of the report") {
     }
 }
 
-TEST_CASE("A measurement that its time ends has standard errors and says so") {
+TEST_CASE("A measurement that its budget ends has standard errors and says so") {
     Scene scene = test::small_room();
     scene.simulation.rays = 50;
-    const auto measured = measure(scene, {.max_time_s = 1e-6});
-    CHECK(measured->out_of_time);
+    const auto measured = measure(scene, {.max_work_s = 1e-6});
     CHECK(measured->frames == 16);  // two windows
     CHECK(measured->parameters[0].octave(AcousticParameter::t30, 4).standard_error);
     REQUIRE(measured->warnings.size() >= 2);
-    CHECK(measured->warnings[0].find("was ended after 1e-06 s") != std::string::npos);
+    CHECK(measured->warnings[0] ==
+          "the budget of the measurement ended it after 16 frames; --quality fine takes longer");
     CHECK(measured->warnings[1].find("standard errors after 16 frames") != std::string::npos);
-    // Companion: a given number of frames and time enough.
-    CHECK_FALSE(measure(scene, {.frames = 24, .max_time_s = 1e-6})->out_of_time);
-    CHECK_FALSE(measure(scene, {.max_frames = 24})->out_of_time);
-    CHECK_THROWS_AS(measure(scene, {.max_time_s = 0}), InputError);
+    // Companions: a given number of frames, budget enough, and none.
+    CHECK(measure(scene, {.frames = 24, .max_work_s = 1e-6})->frames == 24);
+    CHECK(measure(scene, {.max_frames = 24, .max_work_s = 1e3})->frames == 24);
+    CHECK_THROWS_AS(measure(scene, {.max_work_s = 0}), InputError);
+    scene.simulation.quality = Quality::fine;
+    CHECK(measure(scene, {.max_frames = 24, .max_work_s = 1e-6})->frames == 24);
+}
+
+TEST_CASE("A draft ends at twice the errors or a quarter of the budget, on any machine") {
+    Scene scene = test::small_room();
+    scene.simulation.rays = 50;
+    const MeasurementOptions options{
+        .limits = {.level_db = 0.02, .c80_db = 0.02, .t30 = 0.002, .edt = 0.002}};
+    const int normal = measure(scene, options)->frames;
+    const MeasurementOptions limited{.max_work_s = 0.05};
+    const int in_budget = measure(scene, limited)->frames;
+    scene.simulation.quality = Quality::draft;
+    CHECK(measure(scene, options)->frames < normal);
+    const int draft = measure(scene, limited)->frames;
+    CHECK(draft < in_budget);
+    CHECK(draft > 16);
+    scene.simulation.threads = 3;
+    CHECK(measure(scene, limited)->frames == draft);
 }

@@ -85,14 +85,18 @@ struct MeasurementLimits {
 /// scene (Scene::simulation), and so are the levels for speech transmission indices
 /// (Scene::speech).
 struct MeasurementOptions {
+    /// `max_work_s` of the program: about a minute of two processors.
+    static constexpr double kProgramWork_s = 120;
+
     /// Number of frames, at least 1. If absent: as many as needed for `limits`.
     std::optional<int> frames{};
     MeasurementLimits limits{};  ///< each above 0; not used with `frames`
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
-    /// Time in s after which no further window begins, above 0; not used with `frames`. Results of
-    /// a measurement that it ends depend on the speed of the computer. At least two windows are
-    /// measured, so that standard errors are known.
-    double max_time_s = std::numeric_limits<double>::infinity();
+    /// Computation time of one processor in s, as counted from the work (docs/performance.md),
+    /// after which no further window begins, above 0; not used with `frames`. At least two windows
+    /// are measured, so that standard errors are known. Of Quality::normal; a quarter of it for a
+    /// draft, whose limits of standard errors are twice as large, and unlimited in fine quality.
+    double max_work_s = std::numeric_limits<double>::infinity();
     bool parameters = true;  ///< false omits Measurement::parameters
     /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
     /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
@@ -115,7 +119,6 @@ struct Measurement {
     std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
     double length_s = 0;                     ///< of the responses
     int frames = 0;                          ///< that were computed
-    bool out_of_time = false;                ///< MeasurementOptions::max_time_s ended it
     /// Lines for the user: sources that are not audible, errors larger than wanted, octaves without
     /// T30.
     std::vector<std::string> warnings;
@@ -139,7 +142,7 @@ struct Measurement {
 /// With MeasurementOptions::frames: over that number of consecutive frames from empty caches.
 /// Without: the mean over independent windows of frames, each from empty caches with a separate
 /// seed, until the standard errors of level, C80, T30 and EDT of that mean are within the limits in
-/// every octave from 125 Hz to 4 kHz for each audible pair, or until frames or time end.
+/// every octave from 125 Hz to 4 kHz for each audible pair, or until frames or their budget end.
 ///
 /// The result of consecutive frames is the response after the last of them for `patch`, and the
 /// mean of the responses after each of them for `pt` and `dpc-published`. For `dpc` it is the

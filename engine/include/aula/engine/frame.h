@@ -33,6 +33,7 @@ struct FrameStatistics {
     double specular_s = 0;          ///< wall-clock time for image sources
     double diffraction_s = 0;       ///< wall-clock time for direct sound with its diffraction
     std::uint64_t segments = 0;     ///< traced ray segments, of emitted and gather rays
+    std::uint64_t summed_bins = 0;  ///< time bins of patches that the final gather has added
     std::size_t cache_entries = 0;  ///< entries of diffuse path caches, or occupied patches
     std::size_t memory_bytes = 0;   ///< memory of the caches
     std::size_t edges = 0;          ///< edges of the scene that diffract sound

@@ -69,7 +69,7 @@ class Propagation {
     /// Clears all caches and responses. The next step is frame 0 with that seed.
     void restart(std::uint64_t seed);
 
-    /// Cost of the newest frame.
+    /// Cost of the newest frame; its segments and bins include those of responses_at() since.
     const FrameStatistics& statistics() const;
 
     /// The rays that the next step() will emit if nothing in the scene moves: those of the paths in

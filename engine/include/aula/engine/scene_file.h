@@ -31,7 +31,6 @@ struct LoadedScene {
     Scene scene;                        ///< the content, with the meshes
     std::vector<std::string> warnings;  ///< one line each, such as a source outside the geometry
     std::vector<std::string> guesses;   ///< of a mesh file; each is in a warning, too
-    bool rays_given = false;            ///< true if the file sets the number of rays
     /// The file's JSON, for programs that write it again; its type is internal. Element i of
     /// "geometry" is scene.objects[i].
     std::shared_ptr<const JsonValue> json;

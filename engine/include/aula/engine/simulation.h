@@ -20,11 +20,26 @@ const char* estimator_name(Estimator estimator);
 /// The estimator of that name; empty for any other name.
 std::optional<Estimator> estimator_from_name(const std::string& name);
 
+/// The budget of exact rendering and of measurements, in computation time that is counted from the
+/// work done, so that it is the same on all machines (docs/performance.md).
+enum class Quality {
+    draft,   ///< a quarter of the time of `normal`
+    normal,  ///< a second of sound in at most about a second of two processors
+    fine     ///< no budget: Simulation::kRays rays, and measurements until their errors are small
+};
+
+/// The name in scene files and on the command line: "draft", "normal", "fine".
+const char* quality_name(Quality quality);
+
+/// The quality of that name; empty for any other name.
+std::optional<Quality> quality_from_name(const std::string& name);
+
 /// The settings of the propagation: the "simulation" object of a scene file.
 struct Simulation {
     /// Largest number of rays: those of a source in one frame and their results have to fit in
     /// memory.
     static constexpr int kMaxRays = 200'000;
+    static constexpr int kRays = 1000;                 ///< rays where none are set
     static constexpr int kMaxOrder = 1'000'000;        ///< largest limit of the reflection order
     static constexpr float kMaxResponseTime_s = 3600;  ///< largest tau
     static constexpr float kMaxLength_m = 1e6F;        ///< largest patch and largest detector
@@ -38,8 +53,11 @@ struct Simulation {
     static constexpr int kHighestDiffractionOrder = 4;
 
     Estimator estimator = Estimator::patch;  ///< how energy responses are estimated
-    int rays = 1000;            ///< rays per source and frame, 1 to kMaxRays; more rays, less noise
-    int order = 0;              ///< highest reflection order, up to kMaxOrder; 0: no limit
+    /// Rays per source and frame, 1 to kMaxRays; more rays, less noise. If absent: kRays, or in
+    /// exact rendering as many up to kRays as `quality` allows.
+    std::optional<int> rays;
+    Quality quality = Quality::normal;  ///< budget of exact rendering and of measurements
+    int order = 0;                      ///< highest reflection order, up to kMaxOrder; 0: no limit
     int specular_order = 3;     ///< highest order of the image sources, 0 to kHighestSpecularOrder
     bool specular = true;       ///< false omits purely specular paths
     bool direct = true;         ///< false omits the direct sound and its diffraction
@@ -63,6 +81,9 @@ struct Simulation {
 
     /// True if all settings are equal.
     friend bool operator==(const Simulation&, const Simulation&) = default;
+
+    /// `rays`, or kRays.
+    int ray_count() const { return rays.value_or(kRays); }
 
     /// `response_time_s` in frames: F = max(1, round(tau * frame rate)).
     int window_frames() const;
