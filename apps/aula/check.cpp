@@ -298,23 +298,23 @@ void check_cost(const Scene& scene, Findings& findings) {
     constexpr double kMostTimes = 10;
     constexpr int kFewRays = 200;
     const Simulation& given = scene.simulation;
-    const Simulation usual;
+    const int given_rays = given.ray_count();
+    constexpr int kUsualRays = Simulation::kRays;
+    const int usual_order = Simulation{}.specular_order;
     const int processors = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     const int threads = std::min(given.threads.value_or(std::max(1, processors - 1)), processors);
     const bool has_few_threads = given.threads && threads < processors - 1;
-    if (given.rays <= usual.rays && given.specular_order <= usual.specular_order &&
-        !has_few_threads)
-        return;
+    if (given_rays <= kUsualRays && given.specular_order <= usual_order && !has_few_threads) return;
     Simulation measured = given;
     measured.threads = 1;
-    measured.rays = std::min(given.rays, usual.rays);
+    measured.rays = std::min(given_rays, kUsualRays);
     const auto [few_s, more_s] = result_of(kMeasuring, findings.arguments(), [&] {
         Simulation few = measured;
-        few.rays = std::min(given.rays, kFewRays);
+        few.rays = std::min(given_rays, kFewRays);
         return std::pair(frame_s(scene, few), frame_s(scene, measured));
     });
-    const double ray_s = std::max(0.0, more_s - few_s) / (usual.rays - kFewRays);
-    const double frame_s = more_s + ray_s * (given.rays - measured.rays);
+    const double ray_s = std::max(0.0, more_s - few_s) / (kUsualRays - kFewRays);
+    const double frame_s = more_s + ray_s * (given_rays - *measured.rays);
     const double times = frame_s * double{given.frame_rate_hz} / threads;
     if (times < kMostTimes) return;
     std::string remedy = "set \"threads\" to " + std::to_string(processors);
@@ -322,11 +322,11 @@ void check_cost(const Scene& scene, Findings& findings) {
         const double digit = std::pow(10.0, std::floor(std::log10(x)));
         return std::round(x / digit) * digit;
     };
-    if (given.rays > usual.rays) {
+    if (given_rays > kUsualRays) {
         constexpr double kFewest = 100;
-        remedy = formatted("set \"rays\" to %.0f", rounded(std::max(kFewest, given.rays / times)));
-    } else if (given.specular_order > usual.specular_order) {
-        remedy = "set \"specular_order\" to " + std::to_string(usual.specular_order);
+        remedy = formatted("set \"rays\" to %.0f", rounded(std::max(kFewest, given_rays / times)));
+    } else if (given.specular_order > usual_order) {
+        remedy = "set \"specular_order\" to " + std::to_string(usual_order);
     }
     findings.warn(
         formatted("the propagation takes about %.0f times real time on ", rounded(times)) +

@@ -13,8 +13,8 @@ namespace aula::bench {
 
 namespace {
 
-/// Long enough for the window of frames to be a small part.
-constexpr double kSound_s = 4;
+/// The sound of a scene without paths and sounds that end.
+constexpr double kSound_s = 10;
 
 /// The counted over the measured time of the frames of a walk.
 double counted_over_measured(const Scene& scene, int rays) {
