@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <glm/geometric.hpp>
 #include <map>
 #include <set>
 #include <string>
@@ -197,7 +198,11 @@ void check_audibility(const RayScene& rays, const SortedPositions& sorted, Findi
                           " is never audible: closed surfaces separate it from the listener");
         }
     }
-    if (!audible.empty()) check_connection(rays, listener, audible, findings);
+    if (!audible.empty()) {
+        check_connection(rays, listener, audible, findings);
+    } else if (!places.empty()) {
+        findings.doubt();
+    }
 }
 
 /// Reports the share of reflections that escape and their effect on the reverberation time.
@@ -214,7 +219,12 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
     const double escape = result_of(kMeasuring, findings.arguments(), [&] {
         return escape_per_reflection(rays, points_of(sorted.inside), kRoomSeed);
     });
-    if (escape == 0 || escape > kOpen) return;
+    if (escape == 0 || rays.triangle_count() == 0) return;
+    if (escape > kOpen) {
+        std::printf("%s: %.0f %% of the reflections escape: open air\n",
+                    printable_line(findings.arguments().scene.string()).c_str(), 100 * escape);
+        return;
+    }
     const double shorter = result_of(kMeasuring, findings.arguments(), [&] {
         return reverberation_decrease(measure_room(rays, points_of(sorted.inside), kRoomSeed),
                                       escape, scene.medium);
@@ -233,38 +243,69 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
     }
 }
 
-/// Names the materials of coplanar faces that overlap where sound is. An overlap in a closed body,
-/// such as below a cupboard that stands on the floor, is not heard.
+/// True if a point in the plane of a triangle is in the triangle.
+bool is_on(const RayScene::Triangle& triangle, const Vec3& point) {
+    const auto& v = triangle.vertices;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3 inwards = glm::cross(triangle.normal, v[(k + 1) % 3] - v[k]);
+        if (glm::dot(inwards, point - v[k]) < 0) return false;
+    }
+    return true;
+}
+
+/// [overlap] Share of the reflections that it has from the initial positions. An overlap in a
+/// closed body, such as below a cupboard that stands on the floor, has none. A path may lead
+/// through such bodies.
+std::vector<double> reflections_on_overlaps(const RayScene& rays, const SortedPositions& sorted) {
+    std::vector<Vec3> inside;
+    for (const NamedPosition& item : sorted.inside)
+        if (!item.time_s) inside.push_back(item.position);
+    const auto overlaps = rays.coplanar_faces().overlaps();
+    std::multimap<std::uint32_t, std::size_t> of_triangle;  // heard -> overlap
+    for (std::size_t i = 0; i < overlaps.size(); ++i) of_triangle.emplace(overlaps[i].heard, i);
+    std::vector<double> shares(overlaps.size(), 0);
+    double hits = 0;
+    const RandomWalks walks{.paths = 4096, .bounces = 32, .seed = kRoomSeed};
+    trace_random_walks(rays, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
+        if (!hit.any()) return;
+        ++hits;
+        const auto [from, to] = of_triangle.equal_range(hit.triangle);
+        for (auto o = from; o != to; ++o)
+            if (is_on(rays.triangle(overlaps[o->second].covered), rays.point(hit, ray.direction)))
+                ++shares[o->second];
+    });
+    for (double& share : shares) share /= std::max(1.0, hits);
+    return shares;
+}
+
+/// Names the materials of coplanar faces that overlap where sound is.
 void check_coplanar_faces(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
                           Findings& findings) {
-    // Less than a hand: less than any results resolve.
-    constexpr double kNamed_m2 = 0.01;
+    // Share of the reflections below which another material changes no result: a fiftieth of the
+    // just noticeable difference of the reverberation time, if one absorbs all and one nothing.
+    constexpr double kNamed = 1e-3;
     const auto overlaps = rays.coplanar_faces().overlaps();
     if (overlaps.empty()) return;
-    std::vector<char> is_heard(rays.triangle_count(), 0);
-    result_of(kMeasuring, findings.arguments(), [&] {
-        const std::vector<Vec3> inside = points_of(sorted.inside);
-        const RandomWalks walks{.paths = 4096, .bounces = 32, .seed = kRoomSeed};
-        trace_random_walks(rays, inside, walks, [&](int, const Ray&, const Hit& hit) {
-            if (hit.any()) is_heard[hit.triangle] = 1;
-        });
-        return 0;
-    });
+    const std::vector<double> shares = result_of(
+        kMeasuring, findings.arguments(), [&] { return reflections_on_overlaps(rays, sorted); });
     struct Pair {
         double area_m2 = 0;
+        double share = 0;  // of the reflections
         CoplanarFaces::Overlap largest;
     };
     std::map<std::pair<std::uint32_t, std::uint32_t>, Pair> pairs;  // materials heard and covered
-    for (const CoplanarFaces::Overlap& overlap : overlaps) {
+    for (std::size_t i = 0; i < overlaps.size(); ++i) {
+        const CoplanarFaces::Overlap& overlap = overlaps[i];
         const std::uint32_t heard = rays.triangle(overlap.heard).material;
         const std::uint32_t covered = rays.triangle(overlap.covered).material;
-        if (heard == covered || !is_heard[overlap.heard]) continue;
+        if (heard == covered || shares[i] == 0) continue;
         Pair& pair = pairs[{heard, covered}];
         pair.area_m2 += overlap.area_m2;
+        pair.share += shares[i];
         if (overlap.area_m2 > pair.largest.area_m2) pair.largest = overlap;
     }
     for (const auto& [materials, pair] : pairs) {
-        if (pair.area_m2 < kNamed_m2) continue;
+        if (pair.share < kNamed) continue;
         const Vec3& at = pair.largest.middle;
         findings.warn(
             formatted("%.3g m2 of ", pair.area_m2) + quoted(scene.materials[materials.first].name) +

@@ -33,6 +33,12 @@ TEST_CASE("Positions in a room without a ceiling are inside") {
     const ProgramResult info =
         run_program({AULA_PROGRAM, "info", scene, "--source-position", "high=3,3,9"});
     CHECK(info.out.find("the source \"high\" is outside the room") != std::string::npos);
+    // The floor alone is no room.
+    const std::string floor = folder.write(
+        "floor.json", with(read_file(scene), ", [0,1,5,4], [1,2,6,5], [2,3,7,6], [3,0,4,7]", ""));
+    const ProgramResult open = run_program({AULA_PROGRAM, "check", floor, "--position", "2,2,0.5"});
+    CHECK_THAT(open.out, Contains("% of the reflections escape: open air\n"));
+    CHECK_THAT(open.err, !Contains("escape"));
 }
 
 TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is neither") {
@@ -51,6 +57,12 @@ TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is 
                            ": 2 m2 of \"glass\" are in the plane of \"brick\", as at (1.48, 0.00, "
                            "1.34): of faces that overlap, the smaller one is heard\n");
     CHECK(run_program({AULA_PROGRAM, "check", file, "--strict"}).status == 3);
+    // Inside the cupboard its bottom is heard. A path that leads through it changes nothing.
+    const std::string through =
+        folder.write("through.json", with(scene, R"("position": [4, 1, 1.5])", R"("path": {
+        "points": [{"t": 0, "position": [4, 1.2, 1.5]}, {"t": 4, "position": [0.5, 1.2, 1.5]}]})"));
+    CHECK_THAT(run_program({AULA_PROGRAM, "check", through}).err,
+               Contains("inside a closed body") && !Contains("\"wood\""));
     const ProgramResult info = run_program({AULA_PROGRAM, "info", file});
     // Without the window and the areas at the cupboard, which has 5.5 m2 in the room.
     CHECK_THAT(info.out, Contains("brick                         90.5 m2") &&
@@ -134,6 +146,7 @@ TEST_CASE("A source in a closed box is a warning, and its rendered silence anoth
           "aula: warning: " + boxed +
               ": the source \"hiss\" is never audible: closed surfaces separate it from the "
               "listener\n");
+    CHECK(run_program({AULA_PROGRAM, "check", boxed}).status == 3);
     const std::string file = folder.path() / "out.wav";
     const ProgramResult rendered =
         run_program({AULA_PROGRAM, boxed, "--offline", file, "--duration", "0.2"});
