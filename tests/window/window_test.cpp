@@ -70,8 +70,9 @@ TEST_CASE("Resizing the window rescales its text") {
     const std::string picture = folder.path() / "window.png";
     const ProgramResult result = run_program(
         {"sh", "-c",
-         "\"$0\" \"$1\" --device none --screenshot \"$2\" --after 4 --frame-rate 10 --rays 200 & "
-         "for size in '1500 1000' '700 500' '1600 1100'; do"
+         "\"$0\" \"$1\" --device none --screenshot \"$2\" --after 8 --frame-rate 10 --rays 200 & "
+         "xdotool search --sync --onlyvisible --name . >&2; for size in '1500 1000' '700 500' "
+         "'1600 1100'; do"
          "  sleep 1; xdotool search --onlyvisible --name . windowsize $size >&2; "
          "done; wait $!",
          AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", picture});
