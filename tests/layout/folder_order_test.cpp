@@ -36,7 +36,7 @@ const std::array kParts = {
          {"view", "model", "gl", ""},
          {"apps/documents", "apps/session", "engine", "audio"}},
     Part{"apps/bench",
-         {"base", "convolution", "propagation", ""},
+         {"base", "convolution", "propagation", "rendering", ""},
          {"apps/session", "engine", "audio"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},
