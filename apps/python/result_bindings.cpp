@@ -325,7 +325,7 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
                 done += channels[0].size();
             },
             [&](double) { return interruption.continues(); });
-        if (const std::int64_t muted = rendering->muted_samples(); muted > 0)
+        if (const std::int64_t muted = rendering->status().muted_samples; muted > 0)
             warnings.push_back(muted_text(muted));
         rendering.reset();
     }
