@@ -158,7 +158,7 @@ TEST_CASE("a scene of one source and a listener is free field with all defaults"
     CHECK(scene.medium.temperature_c == 20);
     CHECK(scene.medium.air_absorption);
     CHECK(scene.simulation.estimator == aula::Estimator::patch);
-    CHECK(scene.simulation.rays == 1000);
+    CHECK_FALSE(scene.simulation.rays.has_value());
     CHECK_FALSE(scene.simulation.ir_length_s.has_value());
     CHECK_FALSE(scene.simulation.threads.has_value());
 }
