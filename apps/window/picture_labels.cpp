@@ -175,17 +175,23 @@ void Picture::draw_legends(const Model& model, const Screen& projection, const B
     const float em = ImGui::GetFontSize();
     ImVec2 corner{area.x + 12, area.y + area.height - 2.0F * em};
     if (choices.rays) {
-        const float width = ImGui::CalcTextSize("reflection order 0 1 2 3 4").x + 1.4F * em;
+        const std::array<std::pair<const char*, Colour>, 6> words{{
+            {"reflection order", {0.8F, 0.84F, 0.9F}},
+            {"0", order_colour(0)},
+            {"1", order_colour(1)},
+            {"2", order_colour(2)},
+            {"3", order_colour(3)},
+            {"4", order_colour(4)},
+        }};
+        const float gap = 0.6F * em;
+        float width = 0;
+        for (const auto& [word, colour] : words) width += ImGui::CalcTextSize(word).x + gap;
         draw.AddRectFilled({corner.x - 6, corner.y - 3}, {corner.x + width, corner.y + 1.3F * em},
                            packed({0.05F, 0.06F, 0.08F}, 0.75F), 3);
-        const auto word = [&](const char* text, const Colour& colour) {
-            draw.AddText(corner, packed(colour), text);
-            corner.x += ImGui::CalcTextSize(text).x + 0.6F * em;
-        };
-        word("reflection order", {0.8F, 0.84F, 0.9F});
-        for (const auto& [order, text] :
-             {std::pair{0, "0"}, {1, "1"}, {2, "2"}, {3, "3"}, {4, "4"}})
-            word(text, order_colour(order));
+        for (const auto& [word, colour] : words) {
+            draw.AddText(corner, packed(colour), word);
+            corner.x += ImGui::CalcTextSize(word).x + gap;
+        }
         corner = {area.x + 12, corner.y - 1.6F * em};
     }
     if (choices.overlay != EnergyOverlay::off) {

@@ -229,7 +229,9 @@ class App {
             ImGui::EndChild();
         });
         panel("meters", layout.meters, [&] {
-            ImGui::BeginChild("list");
+            // A scroll bar would wrap lines, which changes the height, in turn.
+            const bool fits = meters_height_ <= layout.meters.height;
+            ImGui::BeginChild("list", {0, 0}, false, fits ? ImGuiWindowFlags_NoScrollbar : 0);
             meters_.draw(model_);
             meters_height_ = ImGui::GetCursorPosY() + 2 * ImGui::GetStyle().WindowPadding.y;
             ImGui::EndChild();
