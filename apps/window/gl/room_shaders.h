@@ -9,7 +9,7 @@ inline constexpr const char* kRoomVertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 colour;
-layout(location = 3) in vec2 sides_pattern;
+layout(location = 3) in vec3 sides_pattern_depth;
 uniform mat4 matrix;
 out vec3 p;
 flat out vec3 n;
@@ -20,9 +20,11 @@ void main() {
     p = position;
     n = normal;
     c = colour;
-    s = int(sides_pattern.x + 0.5);
-    pattern = int(sides_pattern.y + 0.5);
+    s = int(sides_pattern_depth.x + 0.5);
+    pattern = int(sides_pattern_depth.y + 0.5);
     gl_Position = matrix * vec4(position, 1.0);
+    // More than the rounding of the depth, and a centimetre at 10 m.
+    gl_Position.z += 1e-5 * sides_pattern_depth.z * gl_Position.w;
 }
 )";
 

@@ -64,6 +64,12 @@ View3d::~View3d() {
 
 void View3d::make_vertices(const RayScene& rays) {
     scratch_.clear();
+    // [triangle] Of faces that overlap in one plane the one that is heard is in front.
+    std::vector<float> depth(rays.triangle_count(), 0);
+    constexpr int kLayers = 3;  // a picture on a door on a wall
+    for (int layer = 0; layer < kLayers; ++layer)
+        for (const CoplanarFaces::Overlap& overlap : rays.coplanar_faces().overlaps())
+            depth[overlap.covered] = std::max(depth[overlap.covered], depth[overlap.heard] + 1);
     for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) {
         const RayScene::Triangle& triangle = rays.triangle(t);
         for (const Vec3& v : triangle.vertices) {
@@ -72,6 +78,7 @@ void View3d::make_vertices(const RayScene& rays) {
             append(scratch_, looks_[t].colour);
             scratch_.push_back(static_cast<float>(sides_[t]));
             scratch_.push_back(static_cast<float>(looks_[t].pattern));
+            scratch_.push_back(depth[t]);
         }
     }
     room_.set(scratch_);

@@ -68,7 +68,7 @@ class View3d {
     GlProgram edge_program_;
     GlProgram line_program_;
     GlProgram pick_program_;
-    GlVertices room_{3, 3, 3, 2};
+    GlVertices room_{3, 3, 3, 3};
     GlVertices edges_{3, 3, 3, 2};
     GlVertices lines_{3, 4};
     GlVertices picked_{3, 4};

@@ -24,10 +24,12 @@ constexpr int kHeight = 300;
 
 using Pixels = std::vector<std::array<unsigned char, 3>>;
 
-/// A box with walls of brick, a floor of wood and a ceiling of plaster, seen by a person in it.
+/// A box with walls of brick, a floor of wood and a ceiling of plaster, seen by a person in it. A
+/// panel of plaster may be drawn on the wall ahead.
 class BoxPicture {
  public:
-    BoxPicture() : scene_(small_room()), rays_(with_looks()) {
+    explicit BoxPicture(bool has_panel = false)
+        : scene_(small_room()), rays_(with_looks(has_panel)) {
         const std::vector<std::uint8_t> sides(rays_.triangle_count(), 3);
         view_.set_room(scene_, rays_, sides);
     }
@@ -60,7 +62,7 @@ class BoxPicture {
     }
 
  private:
-    const Scene& with_looks() {
+    const Scene& with_looks(bool has_panel) {
         scene_.materials.assign(3, scene_.materials.at(0));
         scene_.materials[0].name = "brick";
         scene_.materials[1].name = "wood_floor";
@@ -73,6 +75,15 @@ class BoxPicture {
                 const bool low = triangle.vertices[0].z < 0.5F * rays.bounds().max.z;
                 object.triangle_materials[t] = !flat ? 0 : low ? 1 : 2;
             }
+        }
+        if (has_panel) {
+            const Bounds room = geometry_bounds(scene_.objects);
+            const Vec3 low = room.min + 0.1F * (room.max - room.min);
+            const Vec3 high = room.max - 0.1F * (room.max - room.min);
+            const float x = room.max.x;
+            scene_.add_object(
+                {{x, low.y, low.z}, {x, high.y, low.z}, {x, high.y, high.z}, {x, low.y, high.z}},
+                {{0, 1, 2}, {0, 2, 3}}, "plaster");
         }
         return scene_;
     }
@@ -136,6 +147,10 @@ TEST_CASE("In first person walls, floor and ceiling differ, and a selected wall 
     CHECK(glm::distance(floor, ceiling) > kTold);
     // Bricks have joints.
     CHECK(contrast(plain, 150, 130, 100, 40) > 3 * contrast(plain, 110, 285, 90, 10));
+
+    // A panel that is drawn on the wall is in front of it everywhere.
+    const Pixels panel = BoxPicture(true).draw();
+    CHECK(contrast(panel, 150, 130, 100, 40) < contrast(plain, 150, 130, 100, 40) / 3);
 
     box.view().set_picked(box.rays(), box.wall_ahead());
     const Pixels picked = box.draw();
