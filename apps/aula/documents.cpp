@@ -185,6 +185,9 @@ int map_room(const Arguments& arguments) {
     const RayScene rays(scene);
     const ReceiverGrid grid = [&] {
         const TaskLine line("finding receivers in the room", !arguments.quiet);
+        if (!arguments.map_surface.empty())
+            return surface_grid(scene, rays, arguments.map_surface, arguments.map_offset_m,
+                                arguments.map_spacing_m);
         return receiver_grid(scene, rays, arguments.map_height_m, arguments.map_spacing_m);
     }();
     const FloorPlan plan = floor_plan(rays, grid.height_m);

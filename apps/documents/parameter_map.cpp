@@ -93,12 +93,11 @@ class MapPicture {
         title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
         if (!text_.unit.empty()) title += " in " + text_.unit;
         image_.text({kLeft, 34}, fitting(title, kTitleHeight), kTitleHeight, kInk);
-        image_.text(
-            {kLeft, 60},
-            fitting(text_.single + ", source " + map_.measurement.sources[source_].name + ", " +
-                        scene + formatted(", height %g m", double{map_.grid.height_m}),
-                    kTextHeight),
-            kTextHeight, kInk);
+        image_.text({kLeft, 60},
+                    fitting(text_.single + ", source " + map_.measurement.sources[source_].name +
+                                ", " + scene + ", " + map_.grid.place,
+                            kTextHeight),
+                    kTextHeight, kInk);
     }
 
     /// The text, smaller if it is wider than the picture: truncated with "...".

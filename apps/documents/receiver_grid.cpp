@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <optional>
 #include <set>
 
 #include "apps/session/base/formatted.h"
@@ -45,9 +47,10 @@ Vec3 nearest_point(const RayScene::Triangle& triangle, const Vec3& p) {
     return a + vb / sum * ab + vc / sum * ac;
 }
 
-Vec3 position_of(const ReceiverGrid& grid, std::size_t cell) {
+/// The middle of a cell.
+glm::vec2 middle_of(const ReceiverGrid& grid, std::size_t cell) {
     return {grid.x_m + static_cast<float>(cell % grid.columns) * grid.spacing_m,
-            grid.y_m + static_cast<float>(cell / grid.columns) * grid.spacing_m, grid.height_m};
+            grid.y_m + static_cast<float>(cell / grid.columns) * grid.spacing_m};
 }
 
 /// The first and the end of the lines of a grid in [from - clearance, to + clearance].
@@ -60,28 +63,53 @@ std::array<std::size_t, 2> lines_near(float from, float to, float first, float s
     return {line(from - kGridClearance_m), line(std::nextafter(to + kGridClearance_m, 1e9F))};
 }
 
-/// [cell] 1 for the cells that are too near to a surface.
-std::vector<char> cells_at_surfaces(const ReceiverGrid& grid, const RayScene& rays) {
-    std::vector<char> near(grid.columns * grid.rows, 0);
+/// Calls `visit` with the cells whose middles are in a triangle's bounds along x and y, or nearer
+/// to them than the clearance.
+template <typename Visit>
+void for_each_cell(const ReceiverGrid& grid, const Bounds& bounds, const Visit& visit) {
+    const auto columns =
+        lines_near(bounds.min.x, bounds.max.x, grid.x_m, grid.spacing_m, grid.columns);
+    const auto rows = lines_near(bounds.min.y, bounds.max.y, grid.y_m, grid.spacing_m, grid.rows);
+    for (std::size_t row = rows[0]; row < rows[1]; ++row)
+        for (std::size_t column = columns[0]; column < columns[1]; ++column)
+            visit(column + grid.columns * row);
+}
+
+/// A place where a receiver may be.
+struct Candidate {
+    std::size_t cell;
+    Vec3 position;
+
+    /// By cell, then by height.
+    friend bool operator<(const Candidate& a, const Candidate& b) {
+        return a.cell != b.cell ? a.cell < b.cell : a.position.z < b.position.z;
+    }
+};
+
+/// The candidates that are not too near to a surface. `all` is sorted.
+std::vector<Candidate> away_from_surfaces(const ReceiverGrid& grid, const RayScene& rays,
+                                          const std::vector<Candidate>& all) {
+    std::vector<char> near(all.size(), 0);
+    std::vector<std::size_t> first(grid.columns * grid.rows + 1);  // [cell] of its candidates
+    for (const Candidate& candidate : all) ++first[candidate.cell + 1];
+    for (std::size_t cell = 1; cell < first.size(); ++cell) first[cell] += first[cell - 1];
     for (const RayScene::Triangle& triangle : rays.triangles()) {
         Bounds bounds;
         bounds.add(triangle.vertices);
-        if (bounds.min.z - kGridClearance_m > grid.height_m ||
-            bounds.max.z + kGridClearance_m < grid.height_m)
-            continue;
-        const auto columns =
-            lines_near(bounds.min.x, bounds.max.x, grid.x_m, grid.spacing_m, grid.columns);
-        const auto rows =
-            lines_near(bounds.min.y, bounds.max.y, grid.y_m, grid.spacing_m, grid.rows);
-        for (std::size_t row = rows[0]; row < rows[1]; ++row)
-            for (std::size_t column = columns[0]; column < columns[1]; ++column) {
-                const std::size_t cell = column + grid.columns * row;
-                const Vec3 position = position_of(grid, cell);
-                if (glm::distance(nearest_point(triangle, position), position) < kGridClearance_m)
-                    near[cell] = 1;
+        for_each_cell(grid, bounds, [&](std::size_t cell) {
+            for (std::size_t i = first[cell]; i < first[cell + 1]; ++i) {
+                const Vec3& position = all[i].position;
+                if (bounds.min.z - kGridClearance_m <= position.z &&
+                    bounds.max.z + kGridClearance_m >= position.z &&
+                    glm::distance(nearest_point(triangle, position), position) < kGridClearance_m)
+                    near[i] = 1;
             }
+        });
     }
-    return near;
+    std::vector<Candidate> kept;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (!near[i]) kept.push_back(all[i]);
+    return kept;
 }
 
 /// Points of the air that sound reaches without passing walls: sources and listener in the room,
@@ -111,28 +139,34 @@ std::vector<Vec3> points_in_room(const Scene& scene, const RayScene& rays, float
     return points;
 }
 
-/// The cells whose receivers are in the room.
-std::vector<std::size_t> cells_in_room(const ReceiverGrid& grid, const Scene& scene,
-                                       const RayScene& rays, float diagonal_m) {
-    const std::vector<char> near = cells_at_surfaces(grid, rays);
+/// Gives a grid the candidates that are in the room.
+void add_receivers(ReceiverGrid& grid, const Scene& scene, const RayScene& rays, float diagonal_m,
+                   const std::vector<Candidate>& all) {
     const std::vector<Vec3> inside = points_in_room(scene, rays, diagonal_m);
-    std::vector<std::size_t> cells;
-    for (std::size_t cell = 0; cell < near.size(); ++cell) {
-        const Vec3 position = position_of(grid, cell);
-        if (!near[cell] && std::any_of(inside.begin(), inside.end(), [&](const Vec3& point) {
-                return rays.visible(position, point);
-            }))
-            cells.push_back(cell);
-    }
+    std::vector<Candidate> candidates = away_from_surfaces(grid, rays, all);
+    std::erase_if(candidates, [&](const Candidate& candidate) {
+        return std::none_of(inside.begin(), inside.end(), [&](const Vec3& point) {
+            return rays.visible(candidate.position, point);
+        });
+    });
     // Positions outside of a room may see points inside through an opening.
-    if (escape_per_reflection(rays, inside, scene.simulation.seed) == 0) return cells;
-    std::vector<Vec3> positions{inside[0]};
-    for (const std::size_t cell : cells) positions.push_back(position_of(grid, cell));
-    const std::vector<char> outside = outside_room(rays, positions, scene.simulation.seed);
-    std::vector<std::size_t> kept;
-    for (std::size_t i = 0; i < cells.size(); ++i)
-        if (!outside[i + 1]) kept.push_back(cells[i]);
-    return kept;
+    std::vector<char> outside(candidates.size() + 1, 0);
+    if (escape_per_reflection(rays, inside, scene.simulation.seed) > 0) {
+        std::vector<Vec3> positions{inside[0]};
+        for (const Candidate& candidate : candidates) positions.push_back(candidate.position);
+        outside = outside_room(rays, positions, scene.simulation.seed);
+    }
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+        if (outside[i + 1]) continue;
+        grid.cells.push_back(candidates[i].cell);
+        grid.receivers.push_back({.position = candidates[i].position});
+    }
+    if (grid.receivers.size() * scene.sources.size() > kMaxGridPairs)
+        throw InputError("--spacing", "",
+                         formatted("%g m makes %zu receivers for %zu sources; expected a larger "
+                                   "spacing, with at most %zu pairs",
+                                   double{grid.spacing_m}, grid.receivers.size(),
+                                   scene.sources.size(), kMaxGridPairs));
 }
 
 /// The number of lines of a grid over `length_m`, at least 1.
@@ -141,21 +175,18 @@ double line_count(float length_m, double spacing_m) {
     return std::max(1.0, std::floor(double{length_m} / spacing_m + 1e-4));
 }
 
-}  // namespace
-
-ReceiverGrid receiver_grid(const Scene& scene, const RayScene& rays, double height_m,
-                           double spacing_m) {
+Bounds bounds_of(const RayScene& rays) {
     if (rays.triangle_count() == 0)
         throw InputError("the scene has no geometry; expected a room to map");
     Bounds bounds;
     for (const RayScene::Triangle& triangle : rays.triangles()) bounds.add(triangle.vertices);
     if (!(bounds.min.z < bounds.max.z))
         throw InputError("the geometry has no height; expected a room to map");
-    if (!(height_m > double{bounds.min.z} && height_m < double{bounds.max.z}))
-        throw InputError("--height", "",
-                         formatted("%g m is outside of the room; expected metres above %g and "
-                                   "below %g",
-                                   height_m, double{bounds.min.z}, double{bounds.max.z}));
+    return bounds;
+}
+
+/// The cells of a grid that is centred in the bounds of the geometry.
+ReceiverGrid cells_of(const Bounds& bounds, double spacing_m) {
     const Vec3 size = bounds.max - bounds.min;
     const double columns = line_count(size.x, spacing_m);
     const double rows = line_count(size.y, spacing_m);
@@ -164,26 +195,126 @@ ReceiverGrid receiver_grid(const Scene& scene, const RayScene& rays, double heig
                          formatted("%g m makes %.3g points; expected a spacing with at most %g",
                                    spacing_m, columns * rows, kMaxPoints));
     ReceiverGrid grid;
-    grid.height_m = static_cast<float>(height_m);
     grid.spacing_m = static_cast<float>(spacing_m);
     grid.columns = static_cast<std::size_t>(columns);
     grid.rows = static_cast<std::size_t>(rows);
     grid.x_m = (bounds.min.x + bounds.max.x - static_cast<float>((columns - 1) * spacing_m)) / 2;
     grid.y_m = (bounds.min.y + bounds.max.y - static_cast<float>((rows - 1) * spacing_m)) / 2;
-    grid.cells = cells_in_room(grid, scene, rays, bounds.diagonal_m());
+    return grid;
+}
+
+/// The height of a triangle at a point of the plane; empty beside it. Steep ones have none: their
+/// cells would be as far from each other as from the floor.
+std::optional<float> height_at(const RayScene::Triangle& triangle, const glm::vec2& point) {
+    constexpr float kSteep = 0.2F;  // vertical part of the normal: 78 degrees
+    if (std::abs(triangle.normal.z) < kSteep) return std::nullopt;
+    const auto& [a, b, c] = triangle.vertices;
+    const auto cross = [](const glm::vec2& u, const glm::vec2& v) { return u.x * v.y - u.y * v.x; };
+    const glm::vec2 ab = glm::vec2(b - a);
+    const glm::vec2 ac = glm::vec2(c - a);
+    const glm::vec2 ap = point - glm::vec2(a);
+    const float area = cross(ab, ac);
+    const float along_b = cross(ap, ac) / area;
+    const float along_c = cross(ab, ap) / area;
+    // Middles of cells on a common edge of two triangles belong to both; equal heights are merged.
+    if (!(along_b >= 0 && along_c >= 0 && along_b + along_c <= 1)) return std::nullopt;
+    return a.z + along_b * (b.z - a.z) + along_c * (c.z - a.z);
+}
+
+/// Whether a triangle belongs to a material or an object; empty: neither has the name.
+std::optional<std::vector<char>> triangles_of(const Scene& scene, const RayScene& rays,
+                                              const std::string& surface) {
+    bool is_known = false;
+    for (const Material& material : scene.materials) is_known |= material.name == surface;
+    for (const Object& object : scene.objects) is_known |= object.name == surface;
+    if (!is_known) return std::nullopt;
+    std::vector<char> belongs;
+    for (const RayScene::Triangle& triangle : rays.triangles())
+        belongs.push_back(rays.material(triangle.material).name == surface ||
+                          scene.objects[triangle.object].name == surface);
+    return belongs;
+}
+
+/// The names that a surface can have.
+std::string surface_names(const Scene& scene) {
+    std::string names;
+    const auto add = [&](const std::string& name) {
+        if (!name.empty()) names += (names.empty() ? "" : ", ") + name;
+    };
+    for (const Material& material : scene.materials) add(material.name);
+    for (const Object& object : scene.objects) add(object.name);
+    return names;
+}
+
+}  // namespace
+
+ReceiverGrid receiver_grid(const Scene& scene, const RayScene& rays, double height_m,
+                           double spacing_m) {
+    const Bounds bounds = bounds_of(rays);
+    if (!(height_m > double{bounds.min.z} && height_m < double{bounds.max.z}))
+        throw InputError("--height", "",
+                         formatted("%g m is outside of the room; expected metres above %g and "
+                                   "below %g",
+                                   height_m, double{bounds.min.z}, double{bounds.max.z}));
+    ReceiverGrid grid = cells_of(bounds, spacing_m);
+    grid.height_m = static_cast<float>(height_m);
+    grid.place = formatted("height %g m", height_m);
+    std::vector<Candidate> candidates;
+    for (std::size_t cell = 0; cell < grid.columns * grid.rows; ++cell)
+        candidates.push_back({cell, Vec3(middle_of(grid, cell), grid.height_m)});
+    add_receivers(grid, scene, rays, bounds.diagonal_m(), candidates);
     if (grid.cells.empty())
         throw InputError("--spacing", "",
                          formatted("%g m has no receiver in the room at the height of %g m; "
                                    "expected a smaller spacing or another height",
                                    spacing_m, height_m));
-    if (grid.cells.size() * scene.sources.size() > kMaxGridPairs)
-        throw InputError(
-            "--spacing", "",
-            formatted("%g m makes %zu receivers for %zu sources; expected a larger "
-                      "spacing, with at most %zu pairs",
-                      spacing_m, grid.cells.size(), scene.sources.size(), kMaxGridPairs));
-    for (const std::size_t cell : grid.cells)
-        grid.receivers.push_back({.position = position_of(grid, cell)});
+    return grid;
+}
+
+ReceiverGrid surface_grid(const Scene& scene, const RayScene& rays, const std::string& surface,
+                          double offset_m, double spacing_m) {
+    const Bounds bounds = bounds_of(rays);
+    const auto belongs = triangles_of(scene, rays, surface);
+    if (!belongs)
+        throw InputError("--surface", "",
+                         "the scene has no material and no object \"" + surface +
+                             "\"; expected one of " + surface_names(scene));
+    ReceiverGrid grid = cells_of(bounds, spacing_m);
+    grid.place = formatted("%g m above ", offset_m) + surface;
+    // Faces that overlap in one plane are up to 1 mm apart.
+    constexpr float kOverlap_m = 2e-3F;
+    std::vector<Candidate> candidates;
+    for (std::size_t t = 0; t < belongs->size(); ++t) {
+        if (!(*belongs)[t]) continue;
+        const RayScene::Triangle& triangle = rays.triangles()[t];
+        Bounds extent;
+        extent.add(triangle.vertices);
+        for_each_cell(grid, extent, [&](std::size_t cell) {
+            const glm::vec2 middle = middle_of(grid, cell);
+            const auto height = height_at(triangle, middle);
+            if (!height) return;
+            const Vec3 position(middle, *height + static_cast<float>(offset_m));
+            if (rays.visible(Vec3(middle, *height + kOverlap_m), position))
+                candidates.push_back({cell, position});
+        });
+    }
+    std::sort(candidates.begin(), candidates.end());
+    // Coincident faces, and a common edge of two triangles.
+    candidates.erase(std::unique(candidates.begin(), candidates.end(),
+                                 [](const Candidate& a, const Candidate& b) {
+                                     return a.cell == b.cell &&
+                                            b.position.z - a.position.z < kOverlap_m;
+                                 }),
+                     candidates.end());
+    add_receivers(grid, scene, rays, bounds.diagonal_m(), candidates);
+    if (grid.receivers.empty())
+        throw InputError("--surface", "",
+                         formatted("no point %g m above ", offset_m) + surface +
+                             formatted(" is in the room and 0.1 m from all surfaces, at a spacing "
+                                       "of %g m; expected another --offset or --spacing",
+                                       spacing_m));
+    for (const Pose& receiver : grid.receivers)
+        grid.height_m += receiver.position.z / static_cast<float>(grid.receivers.size());
     return grid;
 }
 

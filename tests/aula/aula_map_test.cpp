@@ -135,6 +135,23 @@ TEST_CASE("The table of a map has positions, octaves and standard errors") {
     CHECK(read_csv(out / "C80.csv")[1].back().empty());
 }
 
+TEST_CASE("A map of a surface has receivers above it") {
+    const TemporaryFolder folder;
+    const std::string raked = R"("geometry": [{"name": "seats", "material": "audience",
+        "vertices": [[1, 1, 0.2], [4, 1, 0.8], [4, 3, 0.8], [1, 3, 0.2]], "faces": [[0, 1, 2, 3]]},
+        )";
+    const std::string scene = folder.write("room.json", with(kSmallRoom, "\"geometry\": [", raked));
+    const std::filesystem::path out = folder.path() / "maps";
+    mapped(
+        scene, out,
+        {"--surface", "seats", "--offset", "1", "--spacing", "1", "--frames", "2", "--rays", "50"});
+    const auto rows = read_csv(out / "C80.csv");
+    REQUIRE(rows.size() == 7);  // 3 x 2
+    for (std::size_t row = 1; row < rows.size(); ++row)
+        CHECK(std::stod(rows[row][2]) == Approx(1 + 0.2 * std::stod(rows[row][0])));
+    CHECK(std::filesystem::exists(out / "C80.png"));
+}
+
 TEST_CASE("Bad options of a map are refused with one line and status 2, without a folder") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
@@ -172,6 +189,11 @@ TEST_CASE("Bad options of a map are refused with one line and status 2, without 
         {{"map", scene, "--out", out, "--height", "2.99"}, {"no receiver"}},
         {{"map", yard, "--out", out}, {"the geometry has no height; expected a room to map"}},
         {{scene, "--height", "1"}, {"--height", "aula map"}},
+        {{scene, "--surface", "wall"}, {"--surface", "aula map"}},
+        {{"map", scene, "--out", out, "--surface", "seats"}, {"--surface", "seats", "expected"}},
+        {{"map", scene, "--out", out, "--surface", "wall", "--height", "1"}, {"--height"}},
+        {{"map", scene, "--out", out, "--offset", "1"}, {"--offset", "--surface"}},
+        {{"map", scene, "--out", out, "--surface", "wall", "--offset", "0"}, {"--offset"}},
         {{scene, "--out", out}, {"--out", "aula map"}},
         {{"info", scene, "--spacing", "1"}, {"--spacing", "aula map"}},
         {{scene, "--interaural"}, {"--interaural", "aula map"}},

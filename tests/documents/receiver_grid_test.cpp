@@ -151,3 +151,37 @@ TEST_CASE("Heights outside of the room, too many receivers and empty scenes are 
     empty.objects.clear();
     CHECK_THROWS_AS(grid_of(empty), InputError);
 }
+
+TEST_CASE("Receivers are above raked seats and galleries, not above what is below them") {
+    Scene scene = room();
+    // The seats rise from 0.2 m at x = 1 to 1 m at x = 5; a gallery at 1.5 m is above their end.
+    scene.add_object({{1, 0.5F, 0.2F}, {5, 0.5F, 1}, {5, 3.5F, 1}, {1, 3.5F, 0.2F}},
+                     {{0, 1, 2}, {0, 2, 3}}, "audience");
+    scene.add_object({{4, 0.5F, 1.5F}, {5, 0.5F, 1.5F}, {5, 3.5F, 1.5F}, {4, 3.5F, 1.5F}},
+                     {{0, 1, 2}, {0, 2, 3}}, "audience");
+    scene.objects.back().name = "gallery";
+    const RayScene rays(scene);
+    const ReceiverGrid grid = surface_grid(scene, rays, "audience", 0.4, 0.5);
+    CHECK(grid.place == "0.4 m above audience");
+    // 8 x 6 cells of the seats and 2 x 6 of the gallery.
+    CHECK(grid.receivers.size() == 60);
+    std::size_t above_gallery = 0;
+    for (const Pose& receiver : grid.receivers) {
+        const Vec3& p = receiver.position;
+        if (p.z == Approx(1.9)) {
+            ++above_gallery;
+            continue;
+        }
+        CHECK(p.z == Approx(0.4 + 0.2 * static_cast<double>(p.x)));
+    }
+    CHECK(above_gallery == 12);
+    CHECK(std::is_sorted(grid.cells.begin(), grid.cells.end()));
+    // An object's name; higher, the gallery is in the way of the seats below.
+    CHECK(surface_grid(scene, rays, "gallery", 1.2, 0.5).receivers.size() == 12);
+    CHECK(surface_grid(scene, rays, "audience", 1.2, 0.5).receivers.size() == 48);
+    CHECK_THROWS_WITH(surface_grid(scene, rays, "seats", 1.2, 0.5),
+                      Catch::Contains("--surface") && Catch::Contains("seats") &&
+                          Catch::Contains("audience, gallery"));
+    CHECK_THROWS_WITH(surface_grid(scene, rays, "gallery", 1.45, 0.5),
+                      Catch::Contains("--surface") && Catch::Contains("--offset"));
+}

@@ -182,6 +182,9 @@ class Options {
             arguments_.map_height_m =
                 read_number("--height", value, -kHighest_m, kHighest_m, heights);
         });
+        app_.add_option("--surface", arguments_.map_surface);
+        real("--offset", kHighest_m, "metres above 0",
+             [this](double m) { arguments_.map_offset_m = m; });
         real("--spacing", 1e6, "metres above 0",
              [this](double m) { arguments_.map_spacing_m = m; });
         app_.add_flag("--interaural", arguments_.map_interaural);
@@ -401,7 +404,8 @@ class Options {
         };
         if (word != Command::import) refuse(Command::map, "map", "--out");
         refuse(Command::analyse, "analyse", "--third-octaves");
-        for (const char* const name : {"--height", "--spacing", "--interaural"})
+        for (const char* const name :
+             {"--height", "--surface", "--offset", "--spacing", "--interaural"})
             refuse(Command::map, "map", name);
         for (const char* const name : {"--scale", "--up"}) refuse(Command::import, "import", name);
         for (const char* const name : {"--html", "--json", "--receiver", "--measured", "--project",
@@ -415,6 +419,11 @@ class Options {
             if (!out_)
                 throw InputError("map: has no --out; expected --out and the name of a folder");
             arguments_.out = *out_;
+            const bool has_surface = app_.get_option("--surface")->count() > 0;
+            if (has_surface && app_.get_option("--height")->count() > 0)
+                throw InputError("--height: is used with --surface; expected one of them");
+            if (!has_surface && app_.get_option("--offset")->count() > 0)
+                throw InputError("--offset: is used without --surface; expected both");
         }
         if (word == Command::report) {
             if (!html_)

@@ -59,6 +59,8 @@ struct Arguments {
     std::filesystem::path out;
     ModelOptions model;  ///< of Command::import
     double map_height_m = kMapHeight_m;
+    std::string map_surface;  ///< a material or an object; empty: a plane at the height
+    double map_offset_m = kMapHeight_m;
     double map_spacing_m = kMapSpacing_m;
     bool map_interaural = false;                   ///< true: maps of IACC, too
     std::filesystem::path html;                    ///< output of Command::report

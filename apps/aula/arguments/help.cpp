@@ -59,6 +59,8 @@ map (with --frames, --speech-level, --noise-level, positions and simulation)
   --out DIR              folder of a picture and a table of each parameter and source: T30.png,
                          T30.csv; several sources: T30-NAME.png
   --height M             z of the receivers in metres [1.2]
+  --surface NAME         receivers above the faces of a material or an object, such as raked seats
+  --offset M             height of the receivers above these faces in metres [1.2]
   --spacing M            distance of the receivers in metres [0.5]
   --interaural           maps of IACC, too, which take about 0.3 s for each receiver and source
 
