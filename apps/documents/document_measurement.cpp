@@ -20,6 +20,10 @@ constexpr MeasurementLimits kReportLimits{
 /// parallel hard walls, for instance. Two sources then take about 45 s at six receivers.
 constexpr int kReportFrames = 500;
 
+/// Counted work of the frames of larger reports. With the length of the responses before and the
+/// interaural coefficients after them, a dozen pairs should take at most two minutes of one thread.
+constexpr double kReportWork_s = 80;
+
 }  // namespace
 
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
@@ -37,7 +41,7 @@ std::optional<Measurement> measure_report(const Scene& scene, std::span<const Po
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress) {
     MeasurementOptions options{.frames = frames,
-                               .max_work_s = MeasurementOptions::kProgramWork_s,
+                               .max_work_s = kReportWork_s,
                                .interaural = true,
                                .progress = progress};
     if (scene.simulation.quality != Quality::fine) {
