@@ -111,6 +111,21 @@ std::string place_text(const NamedPosition& item) {
            formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z});
 }
 
+/// Warns of an initial position far outside the geometry that is inside in another unit.
+void check_unit(const NamedPosition& item, const Bounds& bounds, Findings& findings) {
+    constexpr float kFar = 20;  // diagonals; a mistake of a hundred leads beyond it in most rooms
+    const float away_m = glm::length(item.position);
+    if (item.time_s || !(away_m > kFar * bounds.diagonal_m())) return;
+    for (const auto& [unit, per_m] : {std::pair("millimetres", 1000.0F), {"centimetres", 100.0F}}) {
+        const Vec3 meant = item.position / per_m;
+        if (!bounds.contains(meant)) continue;
+        findings.warn(item.name + " is inside if its position is in " + unit +
+                      ": in metres it is " +
+                      formatted("[%g, %g, %g]", double{meant.x}, double{meant.y}, double{meant.z}));
+        return;
+    }
+}
+
 /// Warns of the listener and sources outside the room, once each. Without the listener at its
 /// start, or without any source, there is nothing to hear.
 void check_positions(const Scene& scene, const SortedPositions& sorted, Findings& findings) {
@@ -124,6 +139,8 @@ void check_positions(const Scene& scene, const SortedPositions& sorted, Findings
         // Reading the scene has warned of positions outside the bounds.
         if (bounds.contains(item.position))
             findings.warn(item.name + " is outside the room" + place_text(item));
+        else
+            check_unit(item, bounds, findings);
     }
     const std::size_t missing_sources = missing.size() - missing.count(kListener);
     if (missing.contains(kListener) || missing_sources == scene.sources.size()) findings.doubt();
@@ -221,8 +238,10 @@ void check_leaks(const Scene& scene, const RayScene& rays, const SortedPositions
     });
     if (escape == 0 || rays.triangle_count() == 0) return;
     if (escape > kOpen) {
-        std::printf("%s: %.0f %% of the reflections escape: open air\n",
-                    printable_line(findings.arguments().scene.string()).c_str(), 100 * escape);
+        // In the wrong unit the positions are outside.
+        if (findings.status() == 0)
+            std::printf("%s: %.0f %% of the reflections escape: open air\n",
+                        printable_line(findings.arguments().scene.string()).c_str(), 100 * escape);
         return;
     }
     const double shorter = result_of(kMeasuring, findings.arguments(), [&] {

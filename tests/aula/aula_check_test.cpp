@@ -95,6 +95,11 @@ TEST_CASE(
     CHECK(outside.err.find("aula: warning: --position: the listener is outside") == 0);
     // One line only.
     CHECK(std::count(outside.err.begin(), outside.err.end(), '\n') == 1);
+    // Of millimetres the metres are proposed.
+    const ProgramResult unit =
+        run_program({AULA_PROGRAM, "check", scene, "--position", "3000,2000,1500"});
+    CHECK_THAT(unit.err, Contains("the listener is inside if its position is in millimetres: in "
+                                  "metres it is [3, 2, 1.5]\n"));
     // Within the bounds of the geometry, between two rooms.
     const std::string two =
         folder.write("two.json", with(kSmallRoom, "[{\"box\"",
