@@ -11,6 +11,7 @@ room: aula.Scene = aula.Scene.shoebox((6, 5, 3), material="plaster")
 mesh = aula.Scene.from_mesh(*room.geometry[:2], {"wall": aula.material(absorption=[0.1] * 8)},
                             triangle_materials=["wall"] * 12)
 loaded = aula.load_scene(pathlib.Path("room.json"))
+model: aula.Scene = aula.import_model("room.glb", scale=0.001, up="z")
 room.materials["wall"] = aula.material("curtain")
 room.sources = [aula.Source((1, 1, 1), name="voice", path=aula.Trajectory([0], [(1, 1, 1)]))]
 room.sources = np.zeros((2, 3))

@@ -311,15 +311,13 @@ class Scenes(unittest.TestCase):
             with warnings.catch_warnings(record=True) as guesses:
                 warnings.simplefilter("always")
                 room = aula.load_scene(file)
-        self.assertEqual(list(room.materials), ["plaster"])
-        self.assertEqual(list(room.sources), ["clap"])
+            self.assertEqual(list(room.materials), ["plaster"])
+            self.assertEqual(list(room.sources), ["clap"])
             self.assertIn("guessed material", str(guesses[0].message))
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 twice = aula.import_model(file, scale=2, up="y")
             np.testing.assert_allclose(np.ptp(twice.geometry[0], axis=0), (10, 6, 8))
-            self.check("scale", lambda: aula.import_model(file, scale=0))
-            self.check("up", lambda: aula.import_model(file, up="x"))
 
     def test_materials(self):
         room = aula.Scene.shoebox((6, 5, 3), material="plaster")
@@ -561,6 +559,8 @@ class Errors(unittest.TestCase):
                    lambda: aula.material(absorption=0.01, sound_reduction_db=3))
         self.check("file", lambda: aula.load_scene(None))
         self.check("file", lambda: aula.load_scene("a\0b"))
+        self.check("scale", lambda: aula.import_model("room.obj", scale=0))
+        self.check("up", lambda: aula.import_model("room.obj", up="x"))
         with self.assertRaises(AttributeError):
             room.source = []
         self.check("materials", lambda: room.materials.__setitem__("wall", "plaster"))
