@@ -25,6 +25,7 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 30;
 constexpr double kUnfocusedFrame_s = 1.0 / 6;
+constexpr ImGuiPopupFlags kAnyPopup = ImGuiPopupFlags_AnyPopup;
 /// Upper limit of the share of a processor that drawing takes.
 constexpr double kShare = 0.4;
 
@@ -192,7 +193,9 @@ class App {
     void handle_keys() {
         for (const auto& event : native_.take_keys()) {
             if (!event.pressed) keys_.release(event.key, event.time_s);
-            if (!event.pressed || ImGui::GetIO().WantTextInput) continue;
+            // A list that has just opened takes letters before its search field is active.
+            const bool typed = ImGui::GetIO().WantTextInput || ImGui::IsPopupOpen("", kAnyPopup);
+            if (!event.pressed || typed) continue;
             if (event.control) {
                 handle_control_key(event.key);
             } else {
