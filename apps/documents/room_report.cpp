@@ -202,9 +202,9 @@ std::string averages(const PositionAverage& average, const std::optional<double>
     }
     std::string html = "<h2>Averages over positions</h2>\n<p>" +
                        formatted(
-                           "Mean and standard deviation over %zu pairs of a source and a "
+                           "Mean and standard deviation over %s of a source and a "
                            "receiver (ISO 3382-2); levels are averaged in dB.",
-                           average.positions);
+                           counted(average.positions, "pair").c_str());
     html += schroeder_hz
                 ? formatted(
                       " Schroeder frequency f<sub>S</sub> = 2000 &radic;(T30/V) = %.0f Hz: in "

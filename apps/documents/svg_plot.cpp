@@ -1,6 +1,7 @@
 #include "apps/documents/svg_plot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 
@@ -76,6 +77,47 @@ std::vector<Mark> marks_of(const PlotAxis& axis, int most) {
     for (const double at : numbers) marks.push_back({at, fixed_text(at, decimals_of(numbers))});
     return marks;
 }
+
+/// The names of points in a plan: beside their marks, where no other mark or name is.
+class PlanLabels {
+ public:
+    void add_mark(const glm::dvec2& at) { taken_.push_back({at - 6.0, at + 6.0}); }
+
+    /// The name of a point, whose mark has been added; it ends before `most_x` if possible.
+    std::string element(const glm::dvec2& at, const std::string& name, double most_x) {
+        // Pixels of the font of 11: a character, and the parts above and below the base line.
+        const glm::dvec2 extent(6.8 * static_cast<double>(name.size()), 0);
+        constexpr double kAbove = 9;
+        constexpr double kBelow = 3;
+        constexpr std::array<glm::dvec2, 6> kPlaces{
+            {{9, 4}, {-9, 4}, {9, -10}, {9, 17}, {-9, -10}, {-9, 17}}};
+        Area area{};
+        for (const glm::dvec2& place : kPlaces) {
+            const glm::dvec2 base = at + place;
+            const glm::dvec2 left = place.x < 0 ? base - extent : base;
+            area = {left - glm::dvec2(0, kAbove), left + extent + glm::dvec2(0, kBelow)};
+            if (area.low.x < 0 || area.high.x > most_x || is_taken(area)) continue;
+            taken_.push_back(area);
+            return text_element(base, place.x < 0 ? "end" : "start", name);
+        }
+        return text_element(at + kPlaces[0], "start", name);
+    }
+
+ private:
+    struct Area {
+        glm::dvec2 low;
+        glm::dvec2 high;
+    };
+
+    bool is_taken(const Area& area) const {
+        return std::any_of(taken_.begin(), taken_.end(), [&](const Area& other) {
+            return area.low.x < other.high.x && other.low.x < area.high.x &&
+                   area.low.y < other.high.y && other.low.y < area.high.y;
+        });
+    }
+
+    std::vector<Area> taken_;
+};
 
 }  // namespace
 
@@ -225,8 +267,10 @@ std::string plan_svg(const FloorPlan& plan, const std::vector<PlanPoint>& points
             text_element(mark + glm::dvec2(-8, 4), "end", fixed_text(at, decimals_of(along_y)));
     }
     content += text_element(kFrom + glm::dvec2(size.x / 2, size.y + 42), "middle", "x and y in m");
+    PlanLabels labels;
     for (const PlanPoint& point : points) {
         const glm::dvec2 at = pixel(glm::dvec2(point.position));
+        labels.add_mark(at);
         if (point.is_source) {
             content += formatted("<circle cx=\"%.2f\" cy=\"%.2f\" r=\"5\" fill=\"%s\"/>\n", at.x,
                                  at.y, kPlanSource);
@@ -235,10 +279,10 @@ std::string plan_svg(const FloorPlan& plan, const std::vector<PlanPoint>& points
                 line_element(at - glm::dvec2(5, 5), at + glm::dvec2(5, 5), kPlanReceiver, 2) +
                 line_element(at - glm::dvec2(5, -5), at + glm::dvec2(5, -5), kPlanReceiver, 2);
         }
-        const bool to_left = at.x > kFrom.x + 0.8 * size.x;
-        content += text_element(at + glm::dvec2(to_left ? -9 : 9, 4), to_left ? "end" : "start",
-                                point.name);
     }
+    for (const PlanPoint& point : points)
+        content +=
+            labels.element(pixel(glm::dvec2(point.position)), point.name, kFrom.x + size.x + 70);
     return svg_element(kFrom + size + glm::dvec2(80, 56), content);
 }
 

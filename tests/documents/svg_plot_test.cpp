@@ -56,3 +56,25 @@ TEST_CASE("A plan contains its points, also without walls") {
     CHECK(svg.find("nan") == std::string::npos);
     CHECK(svg.find("inf") == std::string::npos);
 }
+
+TEST_CASE("Names in a plan avoid the marks and names beside them") {
+    FloorPlan plan;
+    plan.walls = {{glm::vec2(0, 0), glm::vec2(12, 0)}, {glm::vec2(12, 0), glm::vec2(12, 9)}};
+    plan.max = {12, 9};
+    const auto place_of = [](const std::string& svg, const std::string& name) {
+        const std::size_t end = svg.find(">" + name + "</text>");
+        REQUIRE(end != std::string::npos);
+        const std::size_t y = svg.rfind(" y=\"", end);
+        return std::stod(svg.substr(y + 4));
+    };
+    // The second mark is 46 pixels to the right of the first, whose name has 41 from 9 on.
+    const std::string svg =
+        plan_svg(plan, {{{4, 2}, "desk 1", false}, {{4.9F, 2}, "desk 2", false}});
+    CHECK(place_of(svg, "desk 1") == Approx(place_of(svg, "desk 2")));  // at the left of its mark
+    CHECK(svg.find("text-anchor=\"end\">desk 1") != std::string::npos);
+    // Marks on both sides: above.
+    const std::string between = plan_svg(
+        plan,
+        {{{4, 2}, "desk 1", false}, {{4.9F, 2}, "desk 2", false}, {{3.2F, 2}, "desk 3", false}});
+    CHECK(place_of(between, "desk 1") < place_of(between, "desk 2"));
+}
