@@ -281,8 +281,7 @@ std::string plan_svg(const FloorPlan& plan, const std::vector<PlanPoint>& points
         }
     }
     for (const PlanPoint& point : points)
-        content +=
-            labels.element(pixel(glm::dvec2(point.position)), point.name, kFrom.x + size.x + 70);
+        content += labels.element(pixel(glm::dvec2(point.position)), point.name, kFrom.x + size.x);
     return svg_element(kFrom + size + glm::dvec2(80, 56), content);
 }
 
