@@ -147,7 +147,12 @@ int show_info(const Arguments& arguments) {
     print_band_names();
     print_row("absorption", room.field.mean_absorption, 2);
     print_row("Sabine s", sabine_time_s(room.field, scene.medium), 2);
-    print_row("Eyring s", reverberation_time_s(room.field, scene.medium), 2);
+    const Bands eyring_s = reverberation_time_s(room.field, scene.medium);
+    print_row("Eyring s", eyring_s, 2);
+    const double middle_s = double{eyring_s[3] + eyring_s[4]} / 2;
+    if (std::isfinite(middle_s))
+        std::printf("%-16s%.0f Hz by Eyring's time; single modes are heard below\n", "Schroeder",
+                    schroeder_frequency_hz(middle_s, *room.volume_m3));
     return 0;
 }
 

@@ -239,6 +239,19 @@ f 4 8 5 1
     CHECK(model.find("material &quot;Walls&quot;: plaster") != std::string::npos);
 }
 
+TEST_CASE("The information on a room has its Schroeder frequency") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const ProgramResult result = run_program({AULA_PROGRAM, "info", scene});
+    CHECK(result.status == 0);
+    std::smatch found;
+    REQUIRE(
+        std::regex_search(result.out, found, std::regex("Schroeder +(\\d+) Hz by Eyring's time")));
+    // 60 m3; the reverberation time is between 0.1 and 2 s: 2000 sqrt(T / V).
+    CHECK(std::stoi(found[1]) > 80);
+    CHECK(std::stoi(found[1]) < 370);
+}
+
 TEST_CASE("A report without a terminal writes its progress as lines") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
