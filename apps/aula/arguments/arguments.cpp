@@ -177,10 +177,9 @@ class Options {
         app_.add_option("--measured", arguments_.measured)->allow_extra_args(false);
         path("--out", out_);
         constexpr double kHighest_m = 1e6;
-        const std::string heights = "metres from -1e6 to 1e6";
-        text("--height", [this, heights](const std::string& value) {
+        text("--height", [this](const std::string& value) {
             arguments_.map_height_m =
-                read_number("--height", value, -kHighest_m, kHighest_m, heights);
+                read_number("--height", value, -kHighest_m, kHighest_m, "metres from -1e6 to 1e6");
         });
         app_.add_option("--surface", arguments_.map_surface);
         real("--offset", kHighest_m, "metres above 0",
