@@ -91,12 +91,13 @@ int measure(const Arguments& arguments) {
     const auto hrtf =
         arguments.ir ? hrtf_for(arguments.session, arguments.session.sample_rate_hz) : nullptr;
     ProgressBar bar("measuring", arguments.quiet);
-    const auto measurement =
-        measure(scene, {.frames = arguments.frames,
-                        .max_work_s = MeasurementOptions::kProgramWork_s,
-                        .parameters = arguments.report || arguments.report_json.has_value(),
-                        .interaural = arguments.report || arguments.report_json.has_value(),
-                        .progress = std::ref(bar)});
+    const auto measurement = measure(
+        scene, within_budget({.frames = arguments.frames,
+                              .max_work_s = MeasurementOptions::kProgramWork_s,
+                              .parameters = arguments.report || arguments.report_json.has_value(),
+                              .interaural = arguments.report || arguments.report_json.has_value(),
+                              .progress = std::ref(bar)},
+                             scene.simulation.quality));
     if (!measurement) return interrupted_status();
     warn(measurement->warnings, arguments.quiet);
     files.write(scene, *measurement, hrtf);

@@ -1,5 +1,7 @@
 #include "apps/documents/document_measurement.h"
 
+#include <utility>
+
 namespace aula {
 
 namespace {
@@ -30,25 +32,26 @@ std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& g
                                        std::optional<int> frames, bool interaural,
                                        const std::function<bool(double done)>& progress) {
     return measure(scene, scene.sources, grid.receivers,
-                   {.frames = frames,
-                    .limits = kMapLimits,
-                    .max_frames = kMapFrames,
-                    .interaural = interaural,
-                    .progress = progress});
+                   within_budget({.frames = frames,
+                                  .limits = kMapLimits,
+                                  .max_frames = kMapFrames,
+                                  .max_work_s = MeasurementOptions::kProgramWork_s,
+                                  .interaural = interaural,
+                                  .progress = progress},
+                                 scene.simulation.quality));
 }
 
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress) {
-    MeasurementOptions options{.frames = frames,
-                               .max_work_s = kReportWork_s,
-                               .interaural = true,
-                               .progress = progress};
-    if (scene.simulation.quality != Quality::fine) {
+    const Quality quality = scene.simulation.quality;
+    MeasurementOptions options{
+        .frames = frames, .max_work_s = kReportWork_s, .interaural = true, .progress = progress};
+    if (quality != Quality::fine) {
         options.limits = kReportLimits;
         options.max_frames = kReportFrames;
     }
-    return measure(scene, scene.sources, receivers, options);
+    return measure(scene, scene.sources, receivers, within_budget(std::move(options), quality));
 }
 
 }  // namespace aula

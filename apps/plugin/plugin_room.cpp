@@ -61,8 +61,10 @@ AuralizerOptions auralizer_options(const Scene& scene, const std::filesystem::pa
     return options;
 }
 
-/// In real time one thread traces: a host runs many instances.
-Scene with_threads(Scene scene, RenderClock clock) {
+/// The scene of an instance. Its control sets the rays, on the exact clock, too. In real time one
+/// thread traces: a host runs many instances.
+Scene instance_scene(Scene scene, RenderClock clock) {
+    scene.simulation.rays = scene.simulation.ray_count();
     if (clock == RenderClock::real_time) scene.simulation.threads = 1;
     return scene;
 }
@@ -146,7 +148,7 @@ void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) 
 OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
                  RenderClock clock, std::shared_ptr<const ControlSnapshot> controls)
     : follower_(scene),
-      auralizer_(with_threads(scene, clock),
+      auralizer_(instance_scene(scene, clock),
                  auralizer_options(scene, hrtf, output, clock, std::move(controls))) {}
 
 void OwnRoom::wait_for_frame() const {

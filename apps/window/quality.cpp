@@ -22,6 +22,7 @@ constexpr std::array<Preset, 4> kPresets{{
     {"draft", "few rays and first-order image sources, for slow machines",
      [](Simulation& s) {
          s.estimator = Estimator::patch;
+         s.quality = Quality::draft;
          s.rays = 300;
          s.specular_order = 1;
          s.patch_size_m = 1;
@@ -31,6 +32,7 @@ constexpr std::array<Preset, 4> kPresets{{
      [](Simulation& s) {
          const Simulation defaults;
          s.estimator = defaults.estimator;
+         s.quality = defaults.quality;
          s.rays = defaults.rays;
          s.order = defaults.order;
          s.specular_order = defaults.specular_order;
@@ -40,6 +42,7 @@ constexpr std::array<Preset, 4> kPresets{{
     {"fine", "small patches, many rays",
      [](Simulation& s) {
          s.estimator = Estimator::patch;
+         s.quality = Quality::fine;
          s.rays = 3000;
          s.specular_order = 4;
          s.patch_size_m = 0.35F;

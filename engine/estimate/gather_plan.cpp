@@ -23,7 +23,8 @@ constexpr double kShareAtStart = 1;
 constexpr int kFewestInMotion = 768;
 constexpr int kFewestAtStart = 512;
 
-/// With still fewer rays those of the emitters have most of it, and the time of the gather counts.
+/// With still fewer rays those of the emitters have most of it, and the time of the gather counts:
+/// a choice that begins at 192 rays, so that 300, enough for live playback, keep the fewest.
 constexpr int kMostPerRay = 4;
 
 /// At a receiver whose gathers are not averaged over frames.

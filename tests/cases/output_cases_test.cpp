@@ -140,6 +140,7 @@ TEST_CASE("a disk without a free byte is named as the reason, for all kinds of f
                                        disk};
         const std::vector<std::string> program = with_seed(command, "1");
         words.insert(words.end(), program.begin(), program.end());
+        words.emplace_back("--quiet");  // no lines of progress
         return run_program(words);
     };
     for (const Command& command : commands(scene, disk)) {

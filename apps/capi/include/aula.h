@@ -102,7 +102,8 @@ typedef struct aula_options {
     int32_t listeners;           /* number of listeners, up to 64; 0: 1 */
     int32_t max_sources;         /* most sources at the same time, up to 1024; 0: 16; at least the
                                     scene's. The memory grows with it */
-    int32_t rays;                /* per source and frame, up to 200000; 0: the scene's */
+    int32_t rays;                /* per source and frame, up to 200000; 0: the scene's, or
+                                    with AULA_EXACT as its quality allows */
     int32_t threads;             /* that trace rays, up to 1024; 0: the scene's, or all processors
                                     but one */
     uint64_t max_memory_bytes;   /* a room whose renderers take more when it is created, some MB for

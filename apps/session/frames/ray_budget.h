@@ -11,7 +11,7 @@ namespace aula {
 int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s,
                        double allowed_s);
 
-/// The computation time of a frame on one processor as counted from its work, in s. It does not
+/// The time of tracing and gathering of a frame on one processor, in s, as counted. It does not
 /// depend on the machine and on the number of threads. Within a factor of two of the time that is
 /// measured on one core of a 2.3 GHz Xeon (`aula-bench budget`).
 double counted_s(const FrameStatistics& statistics);

@@ -331,7 +331,10 @@ LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
                               .length_s = prepared.room_length_s.value_or(length_s),
                               .rays_fall = prepared.options.rays_fall,
                               .length_falls = prepared.room_length_s.has_value()};
-    if (!load || prepared.starts_anew) return {full, full.rays, length_s};
+    // A first frame of many rays takes seconds; the rays increase while there is time.
+    if (!load || prepared.starts_anew)
+        return {full, full.rays_fall ? std::min(full.rays, Simulation::kRays) : full.rays,
+                length_s};
     LiveLoad next = *load;
     next.change(full, full.rays_fall ? std::min(load->rays(), full.rays) : full.rays, length_s);
     return next;

@@ -229,25 +229,11 @@ void warn_of_missing_decays(Measurement& m) {
     }
 }
 
-/// The options in a quality: a draft has twice the errors, which takes a quarter of the rays.
-MeasurementOptions with_quality(MeasurementOptions options, Quality quality) {
-    constexpr double kDraftErrors = 2;
-    if (quality == Quality::draft) {
-        for (double* limit : {&options.limits.level_db, &options.limits.c80_db, &options.limits.t30,
-                              &options.limits.edt})
-            *limit *= kDraftErrors;
-        options.max_work_s /= kDraftErrors * kDraftErrors;
-    }
-    if (quality == Quality::fine) options.max_work_s = std::numeric_limits<double>::infinity();
-    return options;
-}
-
 /// Measures the sources of a scene at receivers.
 std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receivers,
-                                   const MeasurementOptions& given) {
-    check(given);
+                                   const MeasurementOptions& options) {
+    check(options);
     check(scene.speech);
-    const MeasurementOptions options = with_quality(given, scene.simulation.quality);
     StaticPropagation propagation(scene, receivers);
     const int max_frames = options.frames.value_or(options.max_frames);
     const int window = options.frames
@@ -336,6 +322,18 @@ std::optional<Measurement> measure(const Scene& scene, std::span<const Source> s
 
 std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions& options) {
     return measure(scene, std::vector<Pose>{scene.listener.pose_at(0)}, options);
+}
+
+MeasurementOptions within_budget(MeasurementOptions options, Quality quality) {
+    constexpr double kDraftErrors = 2;
+    if (quality == Quality::draft) {
+        for (double* limit : {&options.limits.level_db, &options.limits.c80_db, &options.limits.t30,
+                              &options.limits.edt})
+            *limit *= kDraftErrors;
+        options.max_work_s /= kDraftErrors * kDraftErrors;
+    }
+    if (quality == Quality::fine) options.max_work_s = std::numeric_limits<double>::infinity();
+    return options;
 }
 
 }  // namespace aula

@@ -396,23 +396,22 @@ TEST_CASE("A measurement that its budget ends has standard errors and says so") 
     CHECK(measure(scene, {.frames = 24, .max_work_s = 1e-6})->frames == 24);
     CHECK(measure(scene, {.max_frames = 24, .max_work_s = 1e3})->frames == 24);
     CHECK_THROWS_AS(measure(scene, {.max_work_s = 0}), InputError);
-    scene.simulation.quality = Quality::fine;
-    CHECK(measure(scene, {.max_frames = 24, .max_work_s = 1e-6})->frames == 24);
+    const MeasurementOptions fine =
+        within_budget({.max_frames = 24, .max_work_s = 1e-6}, Quality::fine);
+    CHECK(measure(scene, fine)->frames == 24);
 }
 
-TEST_CASE("A draft ends at twice the errors or a quarter of the budget, on any machine") {
+TEST_CASE("A draft ends at twice the errors or a quarter of the budget, with any threads") {
     Scene scene = test::small_room();
     scene.simulation.rays = 50;
-    const MeasurementOptions options{
+    const MeasurementOptions errors{
         .limits = {.level_db = 0.02, .c80_db = 0.02, .t30 = 0.002, .edt = 0.002}};
-    const int normal = measure(scene, options)->frames;
-    const MeasurementOptions limited{.max_work_s = 0.05};
-    const int in_budget = measure(scene, limited)->frames;
-    scene.simulation.quality = Quality::draft;
-    CHECK(measure(scene, options)->frames < normal);
-    const int draft = measure(scene, limited)->frames;
-    CHECK(draft < in_budget);
+    const MeasurementOptions work{.max_work_s = 0.05};
+    const int draft = measure(scene, within_budget(work, Quality::draft))->frames;
+    CHECK(measure(scene, within_budget(errors, Quality::draft))->frames <
+          measure(scene, errors)->frames);
+    CHECK(draft < measure(scene, within_budget(work, Quality::normal))->frames);
     CHECK(draft > 16);
     scene.simulation.threads = 3;
-    CHECK(measure(scene, limited)->frames == draft);
+    CHECK(measure(scene, within_budget(work, Quality::draft))->frames == draft);
 }

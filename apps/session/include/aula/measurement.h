@@ -85,7 +85,7 @@ struct MeasurementLimits {
 /// scene (Scene::simulation), and so are the levels for speech transmission indices
 /// (Scene::speech).
 struct MeasurementOptions {
-    /// `max_work_s` of the program: about a minute of two processors.
+    /// `max_work_s` of the program in normal quality: about a minute of two processors.
     static constexpr double kProgramWork_s = 120;
 
     /// Number of frames, at least 1. If absent: as many as needed for `limits`.
@@ -94,8 +94,7 @@ struct MeasurementOptions {
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
     /// Computation time of one processor in s, as counted from the work (docs/performance.md),
     /// after which no further window begins, above 0; not used with `frames`. At least two windows
-    /// are measured, so that standard errors are known. Of Quality::normal; a quarter of it for a
-    /// draft, whose limits of standard errors are twice as large, and unlimited in fine quality.
+    /// are measured, so that standard errors are known.
     double max_work_s = std::numeric_limits<double>::infinity();
     bool parameters = true;  ///< false omits Measurement::parameters
     /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
@@ -157,6 +156,11 @@ std::optional<Measurement> measure(const Scene& scene, std::span<const Source> s
 
 /// The same for the sources and the listener of the scene.
 std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions& options = {});
+
+/// The options of a measurement in a quality, given those of Quality::normal: a draft has twice the
+/// limits of standard errors, which take a quarter of the rays, and a quarter of the work; fine
+/// quality has no limit of work.
+MeasurementOptions within_budget(MeasurementOptions options, Quality quality);
 
 /// What impulse responses are.
 struct ImpulseResponseOptions {
