@@ -140,6 +140,17 @@ TEST_CASE("The first frame of a change has the rays that the change gives") {
     CHECK(player.status().rays == 5000);
 }
 
+TEST_CASE("Of many rays that may fall the first frame has as many as by default") {
+    Scene scene = heavy_room();
+    scene.simulation.frame_rate_hz = 0.02F;  // the first frame remains the newest
+    SessionOptions options = silent();
+    options.rays_fall = true;
+    Player player(scene, options);
+    REQUIRE(eventually([&] { return player.status().frames > 0; }));
+    CHECK(player.status().rays == Simulation::kRays);
+    CHECK(player.status().full_rays == 5000);
+}
+
 TEST_CASE("A live input is read without a gap during a change") {
     const Scene scene = free_field({1, 0, 0});
     Player player(scene, silent());
