@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -21,21 +22,28 @@ int analyse(const Arguments& arguments) {
     std::optional<OutputFile> out;
     if (!arguments.out.empty()) {
         std::error_code error;
-        for (const std::filesystem::path& file : arguments.responses)
+        std::set<std::filesystem::path> names;
+        for (const std::filesystem::path& file : arguments.responses) {
+            if (!names.insert(file.stem()).second)
+                throw InputError("--out", "",
+                                 "two files have the name " + file.stem().string() +
+                                     "; expected different names of responses");
             if (std::filesystem::equivalent(file, arguments.out, error))
                 throw InputError("--out", "",
                                  arguments.out.string() +
                                      " is the input; expected "
                                      "the name of another file");
+        }
         out.emplace(arguments.out);
     }
     std::vector<ResponseAnalysis> all;
     for (const std::filesystem::path& file : arguments.responses) {
-        for (ResponseAnalysis& analysis : analyse_file(file, options)) {
-            std::printf("%s%s", all.empty() ? "" : "\n", analysis_table(analysis).c_str());
+        for (std::optional<ResponseAnalysis>& analysis : analyse_file(file, options)) {
+            if (!analysis) continue;
+            std::printf("%s%s", all.empty() ? "" : "\n", analysis_table(*analysis).c_str());
             std::fflush(stdout);
-            warn(analysis.warnings, arguments.quiet);
-            all.push_back(std::move(analysis));
+            warn(analysis->warnings, arguments.quiet);
+            all.push_back(std::move(*analysis));
         }
         if (interrupt_signal() != 0) return interrupted_status();
     }

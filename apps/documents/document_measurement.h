@@ -21,8 +21,8 @@ std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& g
                                        const std::function<bool(double done)>& progress);
 
 /// Measures all sources at the receivers of a report, with IACC. Without `frames` until the
-/// standard errors are a quarter of the just noticeable differences, for 500 frames, or for 80 s
-/// of counted work, whichever is first. Returns empty if `progress` requested a stop.
+/// standard errors are a quarter of the just noticeable differences, for 500 frames, or for 80 s of
+/// counted work, whichever is first. Returns empty if `progress` requested a stop.
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress);

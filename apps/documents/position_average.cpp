@@ -11,20 +11,15 @@ template <typename Of>
 void average(PositionAverage& out, std::span<const PairParameters* const> all, const Of& of) {
     double count = 0;
     double sum = 0;
-    double squared_errors = 0;
-    bool has_errors = true;
     for (const PairParameters* const parameters : all) {
         const MeasuredValue& value = of(*parameters);
         if (!value.value) continue;
         ++count;
         sum += *value.value;
-        has_errors = has_errors && value.standard_error;
-        squared_errors += std::pow(value.standard_error.value_or(0), 2);
     }
     if (count == 0) return;
     MeasuredValue& mean = of(out.mean);
     mean.value = sum / count;
-    if (has_errors) mean.standard_error = std::sqrt(squared_errors) / count;
     if (count < 2) return;
     double squares = 0;
     for (const PairParameters* const parameters : all) {

@@ -11,7 +11,7 @@ namespace aula {
 /// Mean and standard deviation over positions, as ISO 3382-2 asks of a room: over pairs of a source
 /// and a receiver. Values that are not known are left out; levels are averaged in dB.
 struct PositionAverage {
-    /// The standard errors are those of the simulation. They presuppose independent pairs.
+    /// Without standard errors: the pairs of a source share its rays, and are not independent.
     PairParameters mean;
     PairParameters deviation;  ///< standard deviations of the sample; none of a single value
     std::size_t positions = 0;

@@ -34,15 +34,18 @@ SpeechAtReceiver speech_of(const RoomReport& report, std::size_t s, std::size_t 
         .sti = m.parameters[m.pair(s, r)].sti.value};
 }
 
-/// A row of ISO 3382-3; for too few receivers why there is none.
+/// A row of ISO 3382-3, or why there is none.
 std::string open_plan_row(const std::string& source, std::span<const SpeechAtReceiver> receivers,
                           bool has_noise) {
     const auto parameters = open_plan_parameters(receivers);
-    if (!parameters)
+    if (!parameters) {
+        const std::size_t count = open_plan_receivers(receivers);
         return html_row(html_cell(source) +
-                        formatted("<td colspan=\"4\">%zu receivers at different distances of 2 to "
-                                  "16 m; at least 4 are needed</td>",
-                                  open_plan_receivers(receivers)));
+                        formatted("<td colspan=\"4\">%zu receivers at 2 to 16 m%s</td>", count,
+                                  count < kOpenPlanReceivers
+                                      ? "; at least 4 are needed"
+                                      : ", all at one distance; different ones are needed"));
+    }
     const std::optional<double> none;
     return html_row(html_cell(source) + number(parameters->d2s_db, 1) +
                     number(parameters->lp_as_4m_dba, 1) +
@@ -77,10 +80,16 @@ std::vector<Compared> comparisons(const RoomReport& report) {
     std::vector<const PairParameters*> others;
     for (const MeasuredResponse& response : report.measured) {
         if (const auto pair = pair_named(report, response.name)) {
-            const std::size_t receivers = m.receivers.size();
-            all.push_back(
-                {m.sources[*pair / receivers].name + " at " + report.receivers[*pair % receivers],
-                 response.parameters, m.parameters[*pair]});
+            const std::size_t s = *pair / m.receivers.size();
+            const std::size_t r = *pair % m.receivers.size();
+            all.push_back({m.sources[s].name + " at " + report.receivers[r], response.parameters,
+                           m.parameters[*pair]});
+            const SpeechConditions& speech = report.scene.speech;
+            if (response.transfers && m.audible[*pair])
+                all.back().measured.sti.value = speech_transmission_index(
+                    *response.transfers,
+                    ReceivedLevels{.speech_db = received_db(m.response(s, r), speech.speech_db),
+                                   .noise_db = speech.noise_db});
         } else {
             others.push_back(&response.parameters);
         }
@@ -229,7 +238,9 @@ std::string measured_section(const RoomReport& report) {
     return html +
            "<p>Differences are simulated minus measured, in just noticeable differences (ISO "
            "3382-1, annex A): 5 % for T20, T30 and EDT, 1 dB for C50, C80 and G, 0.05 for D50, "
-           "10 ms for Ts, 0.03 for STI.</p>\n";
+           "10 ms for Ts, 0.03 for STI. STI of a sound file is that with the simulated level of "
+           "speech at its receiver, and with the noise; a sound file without a receiver has none. "
+           "STI of a table is as given.</p>\n";
 }
 
 }  // namespace aula

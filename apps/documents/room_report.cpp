@@ -230,8 +230,8 @@ std::string uncertainty(const RoomReport& report) {
     return "<p>± is the standard error of the estimate in the unit of its value (jackknife over "
            "independent windows); values have as many digits. It covers the randomness of the "
            "simulation, not the uncertainty of geometry and coefficients. The error of IACC is "
-           "that of the noise of "
-           "the reverberation only.</p>\n";
+           "that of the noise of the reverberation only. Means over positions have none: the pairs "
+           "of a source share its rays.</p>\n";
 }
 
 /// Yaw and pitch of a source.

@@ -10,7 +10,7 @@
 
 namespace aula {
 
-/// Whom a report is for and from, as given; what is empty is left out.
+/// The first lines of a report, as given; empty ones are left out.
 struct ReportHead {
     std::string project;
     std::string client;

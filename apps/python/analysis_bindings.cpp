@@ -88,8 +88,7 @@ std::tuple<Arrays, Arrays, std::vector<std::string>> analysed(
     {
         const py::gil_scoped_release released;
         if (!file.empty()) {
-            for (ResponseAnalysis& response : analyse_file(file, options))
-                responses.emplace_back(std::move(response));
+            responses = analyse_file(file, options);
         } else {
             const auto count = static_cast<std::size_t>(samples.shape(1));
             for (py::ssize_t i = 0; i < samples.shape(0); ++i) {

@@ -91,8 +91,8 @@ void draw_top_bar(Model& model, Choices& choices, Camera& camera) {
         ImGui::TextUnformatted(text.c_str());
         tooltip(
             "The selected source at the listener. T30: reverberation time. C80: clarity, the "
-            "energy "
-            "of the first 80 ms relative to the rest. Means of the octaves of 500 and 1000 Hz.");
+            "energy of the first 80 ms relative to the rest. Means of the octaves of 500 and 1000 "
+            "Hz.");
     }
     ImGui::SameLine(buttons_x);
     if (model.scene().listener.path) {

@@ -88,6 +88,8 @@ TEST_CASE("analyse refuses what is no response with one line and status 2") {
     writer.commit();
     const std::string silent = folder.path() / "silent.wav";
     const std::string text = folder.write("text.wav", "no sound");
+    std::filesystem::create_directory(folder.path() / "b");
+    const std::string same = decay_file(folder, "b/a.wav", -70);
     const std::vector<Refused> all = {
         {{"analyse"}, {"aula analyse FILE.wav"}},
         {{"analyse", silent}, {"silent.wav", "is silent"}},
@@ -95,6 +97,7 @@ TEST_CASE("analyse refuses what is no response with one line and status 2") {
         {{"analyse", folder.path() / "none.wav"}, {"none.wav"}},
         {{"analyse", file, "--out", folder.path() / "a.txt"}, {"--out", "FILE.csv or FILE.json"}},
         {{"analyse", file, "--out", folder.path() / "none/a.csv"}, {"none/a.csv"}},
+        {{"analyse", file, same, "--out", folder.path() / "a.csv"}, {"--out", "have the name a"}},
         {{"analyse", file, "--rays", "10"}, {"--rays", "aula analyse"}},
         {{"analyse", file, "--ir", "a.wav"}, {"--ir", "aula analyse"}},
         {{"analyse", file, "--noise-level", "30"}, {"--noise-level", "--speech-level"}},

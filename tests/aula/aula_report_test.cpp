@@ -113,7 +113,7 @@ TEST_CASE("A report compares measured values, and has the speech of each pair") 
     CHECK(html.find("<td>0.50</td><td>0.40</td><td>-</td><td>-</td><td>-</td><td>0.45</td>") !=
           std::string::npos);
     CHECK(count_of(html, ">measured</text>") == 3);  // plots
-    CHECK(html.find(">2 receivers at different distances of 2 to 16 m;") != std::string::npos);
+    CHECK(html.find(">2 receivers at 2 to 16 m; at least 4 are needed<") != std::string::npos);
     CHECK(count_of(html, "<td>good</td>") + count_of(html, "<td>excellent</td>") == 2);
     CHECK(html.find("noise of 37.0 dB(A)") != std::string::npos);
 
@@ -136,6 +136,30 @@ TEST_CASE("A line of receivers from 2 to 16 m has the numbers of ISO 3382-3") {
         html, found,
         std::regex("<td>click</td><td>6.0</td><td>48.0</td><td>([0-9.]+)</td><td>([0-9.]+)</td>")));
     CHECK(std::stod(found[1]) < std::stod(found[2]));
+
+    std::vector<std::string> around{"--frames", "1"};
+    for (const char* const place : {"a=6.432,0,0", "b=0.432,0,0", "c=3.432,3,0", "d=3.432,0,3"})
+        around.insert(around.end(), {"--receiver", place});
+    CHECK(report(scene, folder.path() / "out.html", around)
+              .find(">4 receivers at 2 to 16 m, all at one distance; different ones are needed<") !=
+          std::string::npos);
+}
+
+TEST_CASE("A report compares STI under the conditions of the scene") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kSmallRoom);
+    const std::string ir = folder.path() / "listener.wav";
+    REQUIRE(aula_with({scene, "--ir", ir, "--output", "mono", "--frames", "4"}).status == 0);
+    // Noise as loud as the speech.
+    const std::string html = report(scene, folder.path() / "out.html",
+                                    {"--frames", "4", "--measured", ir, "--noise-level", "60"});
+    std::smatch found;
+    REQUIRE(std::regex_search(
+        html, found,
+        std::regex("<td>STI</td><td>simulated</td><td colspan=\"8\"></td><td>([0-9.]+)</td></tr>\n"
+                   "<tr><td></td><td>measured</td><td colspan=\"8\"></td><td>([0-9.]+)</td>")));
+    CHECK(std::stod(found[1]) < 0.6);
+    CHECK(std::stod(found[2]) == Approx(std::stod(found[1])).margin(0.05));
 }
 
 TEST_CASE("Bad options of a report are refused with one line and status 2") {

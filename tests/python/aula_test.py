@@ -18,6 +18,7 @@ import threading
 import time
 import unittest
 import warnings
+import wave
 
 import numpy as np
 
@@ -374,6 +375,22 @@ class Analysis(unittest.TestCase):
         self.assertTrue(np.isnan(values["T30"]).all())
         self.assertTrue(np.isnan(values["C80"][1]).all())
         self.assertTrue(any("response 0: octaves" in str(line.message) for line in caught))
+
+    def test_silent_channel_of_file(self):
+        left = self.response(0.5)
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "ir.wav")
+            with wave.open(str(file), "wb") as out:
+                out.setparams((2, 2, self.FS, 0, "NONE", ""))
+                out.writeframes((32767 * np.stack([np.zeros_like(left), left], 1))
+                                .astype("<i2").tobytes())
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                values = aula.analyse(file)
+        self.assertEqual(values["C80"].shape, (2, 8))
+        self.assertTrue(np.isnan(values["C80"][0]).all())
+        self.assertTrue(np.isnan(values["STI"][0]))
+        self.assertFalse(np.isnan(values["C80"][1, 4]))
 
     def test_file_and_levels(self):
         with tempfile.TemporaryDirectory() as folder:

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <optional>
-
 #include <string>
 
 #include "apps/aula/terminal/terminal.h"

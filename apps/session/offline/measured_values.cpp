@@ -4,15 +4,19 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "apps/session/base/csv_text.h"
 #include "apps/session/offline/analysis_text.h"
 #include "apps/session/offline/measurement_text.h"
+#include "aula/audio/sound_file.h"
 #include "aula/exception.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
@@ -103,7 +107,9 @@ std::vector<std::string> cells_of(std::string_view line) {
 class MeasuredReader {
  public:
     explicit MeasuredReader(const std::filesystem::path& file) : file_(file.string()) {
-        std::ifstream in(file, std::ios::binary);
+        // A row of 8 octaves has about 100 bytes, a response 8 rows: thousands of responses.
+        constexpr std::uint64_t kMaxBytes = 16 << 20;
+        std::istringstream in(read_regular_file(file, kMaxBytes, "a table of measured values"));
         std::string line;
         while (std::getline(in, line)) {
             ++line_;
@@ -114,8 +120,8 @@ class MeasuredReader {
             if (is_empty) continue;
             columns_.empty() ? read_header(cells) : read_row(cells);
         }
-        if (!in.eof() || columns_.empty())
-            fail("cannot be read as CSV" + std::string(kExpectedHeader));
+        if (columns_.empty())
+            throw InputError(file_, "", "is empty" + std::string(kExpectedHeader));
         if (responses_.empty()) fail("has no values; expected a row for each parameter");
     }
 
@@ -157,8 +163,13 @@ class MeasuredReader {
             if (columns_[i] == "parameter") symbol = cells[i];
             values[columns_[i]] = cells[i];
         }
+        if (!rows_.insert({name, symbol}).second)
+            fail("has " + symbol + " again" + (name.empty() ? "" : " of \"" + name + "\"") +
+                 "; expected one row for each parameter of a response");
         PairParameters& parameters = response(name).parameters;
         if (symbol == "STI") {
+            if (std::count(columns_.begin(), columns_.end(), kMean) == 0)
+                fail("has STI; expected it in a column \"mean\"");
             parameters.sti.value = number("STI", values[kMean]);
             return;
         }
@@ -208,6 +219,7 @@ class MeasuredReader {
     std::string file_;
     std::size_t line_ = 0;
     std::vector<std::string> columns_;
+    std::set<std::pair<std::string, std::string>> rows_;  ///< names of response and parameter
     std::vector<MeasuredResponse> responses_;
 };
 
@@ -229,9 +241,16 @@ std::vector<MeasuredResponse> read_measured(const std::filesystem::path& file,
     for (char& c : extension) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
     if (extension == ".csv") return MeasuredReader(file).responses();
     std::vector<MeasuredResponse> responses;
-    for (const ResponseAnalysis& analysis : analyse_file(file, {})) {
-        warnings.insert(warnings.end(), analysis.warnings.begin(), analysis.warnings.end());
-        responses.push_back({analysis.name, analysis.parameters});
+    try {
+        sound_info(file);
+    } catch (const InputError& error) {
+        throw InputError(std::string(error.what()) + ", or a table of measured values, NAME.csv");
+    }
+    for (std::optional<ResponseAnalysis>& analysis : analyse_file(file, {})) {
+        if (!analysis) continue;
+        warnings.insert(warnings.end(), analysis->warnings.begin(), analysis->warnings.end());
+        analysis->parameters.sti = {};
+        responses.push_back({analysis->name, analysis->parameters, analysis->transfers});
     }
     return responses;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,13 +14,15 @@ namespace aula {
 struct MeasuredResponse {
     std::string name;  ///< empty: none
     PairParameters parameters;
+    /// Of a sound file: its speech transmission index is that with the levels at the receiver.
+    std::optional<ModulationTransfers> transfers{};
 };
 
 /// Analysed responses as CSV (docs/room_measurements.md#measured-values).
 std::string measured_csv(std::span<const ResponseAnalysis> analyses);
 
-/// Reads measured values: a CSV file as measured_csv() writes it, or a sound file that is analysed.
-/// Appends warnings. Throws InputError.
+/// Reads measured values: a CSV file as measured_csv() writes it, or a sound file that is analysed,
+/// without its speech transmission index. Appends warnings. Throws InputError.
 std::vector<MeasuredResponse> read_measured(const std::filesystem::path& file,
                                             std::vector<std::string>& warnings);
 

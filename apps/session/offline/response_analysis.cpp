@@ -54,7 +54,8 @@ BandResult analyse_band(std::span<const float> response, double sample_rate_hz, 
         return result;
     }
     const DecayCurve curve(*result.decay);
-    if (curve.tail() > 0) result.band.range_db = 10 * std::log10(curve.total() / curve.tail());
+    if (curve.tail() > 0 && curve.total() > curve.tail())
+        result.band.range_db = 10 * std::log10(curve.total() / curve.tail());
     BandParameters& p = result.band.parameters = band_parameters(curve);
     p.g_db.reset();
     // The noise of a sound that is no response may exceed its start.
@@ -62,6 +63,8 @@ BandResult analyse_band(std::span<const float> response, double sample_rate_hz, 
     if (!p.t30_s) result.lack = p.t20_s ? Lack::t30_range : Lack::t20_range;
     for (std::optional<double>* const time_s : {&p.t20_s, &p.t30_s, &p.edt_s})
         if (!resolves(*time_s, band.width_hz())) result.lack = Lack::width;
+    // Faint noise after a decay as short makes the end of T30 longer.
+    if (!p.t20_s) p.t30_s.reset();
     return result;
 }
 
@@ -108,11 +111,14 @@ class Lacks {
     std::array<Entry, 6> entries_;
 };
 
-/// A run of samples at the largest magnitude, as a converter at its limit leaves it.
+/// A run of samples at the largest magnitude, as a converter at its limit leaves it. That limit is
+/// full scale: a quiet response of few bits has equal samples as well.
 bool is_clipped(std::span<const float> response) {
     constexpr int kRun = 4;
+    constexpr float kFullScale = 0.99F;  // the largest integer of 8 bits is 0.992
     float largest = 0;
     for (const float x : response) largest = std::max(largest, std::abs(x));
+    if (largest < kFullScale) return false;
     int run = 0;
     for (const float x : response) {
         run = std::abs(x) >= largest * (1 - 1e-4F) ? run + 1 : 0;
@@ -121,23 +127,31 @@ bool is_clipped(std::span<const float> response) {
     return false;
 }
 
-std::optional<double> speech_index(const std::vector<BandResult>& octaves,
-                                   const std::optional<ReceivedLevels>& levels) {
+/// The modulation transfer of the octaves of speech; without it a warning.
+std::optional<ModulationTransfers> speech_transfers(const std::vector<BandResult>& octaves,
+                                                    const std::string& name,
+                                                    std::vector<std::string>& warnings) {
     ModulationTransfers transfers{};
+    std::string lacking;
     for (std::size_t k = 0; k < kSpeechOctaves; ++k) {
         const BandResult& octave = octaves[k + 1];
         // As a simulated one, it needs the whole response.
-        if (!octave.decay || !octave.band.parameters.c50_db) return std::nullopt;
+        if (!octave.decay || !octave.band.parameters.c50_db) {
+            lacking += (lacking.empty() ? "" : ", ") + band_name(k + 1);
+            continue;
+        }
         for (std::size_t m = 0; m < kModulations_hz.size(); ++m)
             transfers[k][m] = modulation_transfer(*octave.decay, kModulations_hz[m]);
     }
-    return speech_transmission_index(transfers, levels);
+    if (lacking.empty()) return transfers;
+    warnings.push_back(name + ": no STI, which needs C50 of the octaves of " + lacking + " Hz");
+    return std::nullopt;
 }
 
 /// The response without the offset of a converter, the mean of its last tenth. A step at its start
 /// would be loud in the low octaves.
 std::vector<float> without_offset(std::span<const float> response) {
-    const std::span<const float> last = response.last(response.size() / 10);
+    const std::span<const float> last = response.last((response.size() + 9) / 10);
     const double sum = std::accumulate(last.begin(), last.end(), 0.0);
     const auto offset = static_cast<float>(sum / static_cast<double>(last.size()));
     std::vector<float> samples(response.begin(), response.end());
@@ -160,7 +174,8 @@ ResponseAnalysis analyse_response(const std::string& name, std::span<const float
                                   double sample_rate_hz, const AnalysisOptions& options) {
     const std::span<const float> sound = sounding(response);
     if (sound.empty()) throw InputError(name, "", "is silent; expected an impulse response");
-    const std::size_t zero = first_arrival(sound);
+    const std::vector<float> samples = without_offset(sound);
+    const std::size_t zero = first_arrival(samples);
     const double after_s = static_cast<double>(sound.size() - zero) / sample_rate_hz;
     if (after_s < kShortest_s)
         throw InputError(name, "",
@@ -173,12 +188,12 @@ ResponseAnalysis analyse_response(const std::string& name, std::span<const float
                               .zero_s = static_cast<double>(zero) / sample_rate_hz,
                               .parameters = {},
                               .range_db = {},
+                              .transfers = {},
                               .third_octaves = {},
                               .warnings = {}};
     if (is_clipped(sound))
         analysis.warnings.push_back(
             name + ": is clipped: several samples in a row have the largest magnitude");
-    const std::vector<float> samples = without_offset(sound);
     const auto analyse = [&](int index, int per_octave) {
         return analyse_band(samples, sample_rate_hz, zero, FrequencyBand::at(index, per_octave));
     };
@@ -192,7 +207,10 @@ ResponseAnalysis analyse_response(const std::string& name, std::span<const float
         lacks.add(octaves[b].lack, band_name(b), octaves[b].band);
     }
     lacks.write(name, "octaves", analysis.warnings);
-    analysis.parameters = acoustic_parameters(bands, speech_index(octaves, options.speech));
+    analysis.transfers = speech_transfers(octaves, name, analysis.warnings);
+    std::optional<double> sti;
+    if (analysis.transfers) sti = speech_transmission_index(*analysis.transfers, options.speech);
+    analysis.parameters = acoustic_parameters(bands, sti);
     if (!options.third_octaves) return analysis;
     Lacks third_lacks;
     for (std::size_t t = 0; t < kThirdOctaveCount; ++t) {
@@ -204,12 +222,13 @@ ResponseAnalysis analyse_response(const std::string& name, std::span<const float
     return analysis;
 }
 
-std::vector<ResponseAnalysis> analyse_file(const std::filesystem::path& file,
-                                           const AnalysisOptions& options) {
+std::vector<std::optional<ResponseAnalysis>> analyse_file(const std::filesystem::path& file,
+                                                          const AnalysisOptions& options) {
     const SoundChannels sound = read_channels(file);
     std::vector<std::string> warnings = sound.warnings;
-    std::vector<ResponseAnalysis> all;
     const std::size_t channels = sound.channels.size();
+    std::vector<std::optional<ResponseAnalysis>> all(channels);
+    ResponseAnalysis* first = nullptr;
     for (std::size_t c = 0; c < channels; ++c) {
         const std::string name =
             file.string() + (channels > 1 ? " channel " + std::to_string(c + 1) : "");
@@ -217,12 +236,13 @@ std::vector<ResponseAnalysis> analyse_file(const std::filesystem::path& file,
             warnings.push_back(name + ": is silent");
             continue;
         }
-        all.push_back(analyse_response(name, sound.channels[c], sound.sample_rate_hz, options));
-        all.back().name = file.stem().string() + name.substr(file.string().size());
+        all[c] = analyse_response(name, sound.channels[c], sound.sample_rate_hz, options);
+        all[c]->name = file.stem().string() + name.substr(file.string().size());
+        if (first == nullptr) first = &*all[c];
     }
-    if (all.empty()) throw InputError(file.string(), "", "is silent; expected an impulse response");
-    std::vector<std::string>& first = all.front().warnings;
-    first.insert(first.begin(), warnings.begin(), warnings.end());
+    if (first == nullptr)
+        throw InputError(file.string(), "", "is silent; expected an impulse response");
+    first->warnings.insert(first->warnings.begin(), warnings.begin(), warnings.end());
     return all;
 }
 

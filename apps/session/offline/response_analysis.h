@@ -35,6 +35,8 @@ struct ResponseAnalysis {
     double zero_s = 0;          ///< time zero, first_arrival()
     PairParameters parameters;  ///< octaves, single numbers and speech transmission index
     std::array<std::optional<double>, kBandCount> range_db;  ///< [band] as AnalysedBand::range_db
+    /// For the speech transmission index; empty if an octave from 125 Hz on has no C50.
+    std::optional<ModulationTransfers> transfers;
     std::vector<AnalysedBand> third_octaves;  ///< [third octave from 50 Hz on]; empty if omitted
     std::vector<std::string> warnings;        ///< what limits the results, one line each
 };
@@ -52,9 +54,9 @@ std::string third_octave_name(std::size_t third);
 ResponseAnalysis analyse_response(const std::string& name, std::span<const float> response,
                                   double sample_rate_hz, const AnalysisOptions& options);
 
-/// Analyses each channel of a sound file. Silent channels are omitted with a warning. Throws
-/// InputError as read_sound() and analyse_response().
-std::vector<ResponseAnalysis> analyse_file(const std::filesystem::path& file,
-                                           const AnalysisOptions& options);
+/// Analyses a sound file, [channel]; empty for a silent channel, which another one's warnings name.
+/// Throws InputError as read_sound() and analyse_response().
+std::vector<std::optional<ResponseAnalysis>> analyse_file(const std::filesystem::path& file,
+                                                          const AnalysisOptions& options);
 
 }  // namespace aula

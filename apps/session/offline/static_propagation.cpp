@@ -48,8 +48,8 @@ StaticPropagation::StaticPropagation(const Scene& scene, std::span<const Pose> r
 
 /// Rays of a source and of a gather cost about the same. The error of T30 at a receiver that
 /// gathers once in eight frames is 1.3 times that with gathers in every second frame, for the same
-/// time of six receivers
-/// (`aula report` of a lecture hall); hundreds of receivers share the rays of the sources for less.
+/// time of six receivers (`aula report` of a lecture hall). Hundreds of receivers share the rays of
+/// the sources for less.
 int StaticPropagation::gather_frames(std::size_t further_receivers) {
     return further_receivers <= 8 ? 2 : further_receivers <= 16 ? 4 : 8;
 }

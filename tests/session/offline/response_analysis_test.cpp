@@ -8,6 +8,7 @@
 
 #include "apps/session/offline/analysis_text.h"
 #include "apps/session/offline/measured_values.h"
+#include "apps/session/offline/measurement_text.h"
 #include "aula/audio/sound_file.h"
 #include "aula/exception.h"
 #include "tests/support/program.h"
@@ -112,11 +113,45 @@ TEST_CASE("what a response lacks is said") {
     CHECK_FALSE(b.third_octaves[0].parameters.t30_s);
 
     std::vector<float> clipped = noise(48000, -80);
-    for (std::size_t i = 480; i < 490; ++i) clipped[i] = 1;
+    for (std::size_t i = 480; i < 490; ++i) clipped[i] = 0.999F;
     CHECK(joined(analyse_response("x", clipped, 48000, {}).warnings).find("is clipped") !=
           std::string::npos);
-    CHECK(joined(analyse_response("x", noise(48000, -80), 48000, {}).warnings).find("clipped") ==
+    // A quiet response of few bits has runs of its largest value.
+    std::vector<float> quiet = clipped;
+    for (float& sample : quiet) sample *= 1e-3F;
+    for (const std::vector<float>& samples : {noise(48000, -80), quiet})
+        CHECK(joined(analyse_response("x", samples, 48000, {}).warnings).find("clipped") ==
+              std::string::npos);
+
+    // The octave of 8 kHz is above the range.
+    const ResponseAnalysis no_speech = analyse_response("x", noise(22000, -80), 22000, {});
+    CHECK_FALSE(no_speech.parameters.sti.value);
+    CHECK_FALSE(no_speech.transfers);
+    CHECK(joined(no_speech.warnings).find("x: no STI, which needs C50 of the octaves of 8000 Hz") !=
           std::string::npos);
+}
+
+TEST_CASE("a click with faint noise has no decay times, and no range below 0 dB") {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    std::vector<float> click(48000);
+    for (float& sample : click) sample = static_cast<float>(1e-9 * normal(random));
+    click[0] = 1;
+    const ResponseAnalysis a = analyse_response("x", click, 48000, {.third_octaves = true});
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        INFO(band_name(b));
+        CHECK_FALSE(a.parameters.octave(AcousticParameter::t20, b).value);
+        CHECK_FALSE(a.parameters.octave(AcousticParameter::t30, b).value);
+    }
+    // Noise, whose decay is one by chance.
+    for (int seed = 0; seed < 40; ++seed) {
+        random.seed(static_cast<unsigned>(seed));
+        std::vector<float> samples(12000);
+        for (std::size_t i = 0; i < samples.size(); ++i)
+            samples[i] = static_cast<float>(normal(random) * (i < 3000 ? 0.1 : 0.05));
+        const ResponseAnalysis b = analyse_response("x", samples, 48000, {});
+        for (const auto& range_db : b.range_db) CHECK(range_db.value_or(0) >= 0);
+    }
 }
 
 TEST_CASE("silence after a response is no noise floor") {
@@ -136,6 +171,12 @@ TEST_CASE("an offset of the samples is no sound") {
     // Companion: as a step at the start, the offset had the energy of the decay at 63 Hz.
     for (std::size_t b = 0; b < kBandCount; ++b)
         CHECK(with.range_db[b].value() == Approx(without.range_db[b].value()).margin(0.1));
+    // Of 10 ms before the sound, a tenth of the largest sample or more is no arrival.
+    for (float& sample : samples) sample += 0.1F;
+    const ResponseAnalysis large = analyse_response("x", samples, 48000, {});
+    CHECK(large.zero_s == without.zero_s);
+    CHECK(large.parameters.octave(AcousticParameter::c50, 4).value.value() ==
+          Approx(without.parameters.octave(AcousticParameter::c50, 4).value.value()).margin(0.1));
 }
 
 TEST_CASE("a response that is silent or too short is refused") {
@@ -148,7 +189,7 @@ TEST_CASE("a response that is silent or too short is refused") {
     CHECK(error_of(click).empty());
 }
 
-TEST_CASE("every channel of a file is a response, silent ones are omitted") {
+TEST_CASE("every channel of a file is a response, silent ones are empty") {
     const TemporaryFolder folder;
     const std::vector<float> samples = noise(48000, -80);
     std::vector<float> interleaved;
@@ -157,13 +198,22 @@ TEST_CASE("every channel of a file is a response, silent ones are omitted") {
     WavWriter writer(file, 48000, 3, SampleFormat::float32);
     writer.write(interleaved);
     writer.commit();
-    const std::vector<ResponseAnalysis> all = analyse_file(file, {});
-    REQUIRE(all.size() == 2);
-    CHECK(all[0].name == "hall channel 1");
-    CHECK(all[1].name == "hall channel 3");
-    CHECK(joined(all[0].warnings).find("hall.wav channel 2: is silent") != std::string::npos);
-    CHECK(all[1].parameters.octave(AcousticParameter::c80, 4).value.value() ==
-          Approx(all[0].parameters.octave(AcousticParameter::c80, 4).value.value()));
+    const std::vector<std::optional<ResponseAnalysis>> all = analyse_file(file, {});
+    REQUIRE(all.size() == 3);
+    CHECK(all[0]->name == "hall channel 1");
+    CHECK_FALSE(all[1]);
+    CHECK(all[2]->name == "hall channel 3");
+    CHECK(joined(all[0]->warnings).find("hall.wav channel 2: is silent") != std::string::npos);
+    CHECK(all[2]->parameters.octave(AcousticParameter::c80, 4).value.value() ==
+          Approx(all[0]->parameters.octave(AcousticParameter::c80, 4).value.value()));
+
+    std::vector<std::string> warnings;
+    const auto read = read_measured(file, warnings);
+    REQUIRE(read.size() == 2);
+    // Its STI needs the levels at the receiver.
+    CHECK_FALSE(read[0].parameters.sti.value);
+    CHECK(speech_transmission_index(read[0].transfers.value(), std::nullopt) ==
+          all[0]->parameters.sti.value);
 }
 
 TEST_CASE("an analysis is written as a table, JSON and CSV, and the CSV is read back") {
@@ -231,7 +281,7 @@ TEST_CASE("an error of measured values names the line and what is expected") {
         for (const std::string& part : parts) CHECK(error.find(part) != std::string::npos);
         CHECK(error.find("expected") != std::string::npos);
     };
-    has("", {"a.csv", "cannot be read"});
+    has("", {"a.csv: is empty"});
     has("parameter,1000\n", {"no values"});
     has("quantity,1000\nT30,1\n", {"line 1", "\"parameter\""});
     has("parameter,1 kHz\nT30,1\n", {"line 1", "octave"});
@@ -243,4 +293,13 @@ TEST_CASE("an error of measured values names the line and what is expected") {
     has("parameter,1000\nD50,55\n", {"line 2", "0 to 1"});
     has("parameter,1000\nT30,1,2\n", {"line 2", "cells"});
     has("parameter;1000\nT30;1\n", {"line 1", "parameter"});
+    has("parameter,1000\nT30,1\nT30,1\n", {"line 3", "has T30 again"});
+    has("response,parameter,mean\na,STI,0.5\nb,STI,0.5\na,STI,0.5\n",
+        {"line 4", "STI again of \"a\""});
+    has("parameter,125,250\nSTI,0.5,0.6\n", {"line 2", "STI", "\"mean\""});
+    std::vector<std::string> warnings;
+    CHECK_THROWS_WITH(read_measured(folder.path() / "none.csv", warnings),
+                      Catch::Contains("none.csv: no such file"));
+    CHECK_THROWS_WITH(read_measured(folder.write("a.txt", "T30 is 1 s"), warnings),
+                      Catch::Contains("FLAC") && Catch::Contains(".csv"));
 }
