@@ -307,7 +307,8 @@ TEST_CASE("The manual page, the AppStream data and the changelog name the versio
     };
     CHECK(first("docs/aula.1", "\"aula ") == AULA_VERSION);
     CHECK(first("apps/aula/desktop/aula.metainfo.xml", "release version=\"") == AULA_VERSION);
-    CHECK(first("CHANGELOG.md", "\n## [") == AULA_VERSION);
+    // Its first section may be that of changes after this version.
+    CHECK_THAT(read_file(AULA_SOURCE_DIR "/CHANGELOG.md"), Contains("\n## [" AULA_VERSION "] - "));
 }
 
 TEST_CASE("The manual page has the options that --help lists, and no others") {
