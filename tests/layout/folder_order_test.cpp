@@ -29,7 +29,7 @@ const std::array kParts = {
          {"process"}},
     Part{"apps/session",
          {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
-         {"engine", "audio"}},
+         {"engine", "audio", "process"}},
     Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/documents", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/window",
