@@ -29,10 +29,9 @@ int analyse(const Arguments& arguments) {
                                  "two files have the name " + file.stem().string() +
                                      "; expected different names of responses");
             if (std::filesystem::equivalent(file, arguments.out, error))
-                throw InputError("--out", "",
-                                 arguments.out.string() +
-                                     " is the input; expected "
-                                     "the name of another file");
+                throw InputError(
+                    "--out", "",
+                    arguments.out.string() + " is the input; expected the name of another file");
         }
         out.emplace(arguments.out);
     }
