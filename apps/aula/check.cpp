@@ -303,6 +303,13 @@ void check_coplanar_faces(const Scene& scene, const RayScene& rays, const Sorted
     // Share of the reflections below which another material changes no result: a fiftieth of the
     // just noticeable difference of the reverberation time, if one absorbs all and one nothing.
     constexpr double kNamed = 1e-3;
+    // Parts on which third faces are heard are zero but for rounding: a square centimetre.
+    constexpr double kLeast_m2 = 1e-4;
+    if (const auto triangle = rays.coplanar_faces().not_searched())
+        findings.warn("too many faces are in the plane of " +
+                      quoted(scene.materials[rays.triangle(*triangle).material].name) +
+                      " to search for those that overlap: rays hit either; fewer faces, or 2 mm "
+                      "between them, are exact");
     const auto overlaps = rays.coplanar_faces().overlaps();
     if (overlaps.empty()) return;
     const std::vector<double> shares = result_of(
@@ -324,7 +331,7 @@ void check_coplanar_faces(const Scene& scene, const RayScene& rays, const Sorted
         if (overlap.area_m2 > pair.largest.area_m2) pair.largest = overlap;
     }
     for (const auto& [materials, pair] : pairs) {
-        if (pair.share < kNamed) continue;
+        if (pair.share < kNamed || pair.area_m2 < kLeast_m2) continue;
         const Vec3& at = pair.largest.middle;
         findings.warn(
             formatted("%.3g m2 of ", pair.area_m2) + quoted(scene.materials[materials.first].name) +

@@ -27,8 +27,22 @@ constexpr double kSliver_m = 2e-3;
 
 // Bounds of the time and memory for scenes that are heaps of coplanar triangles: below 0.5 s.
 constexpr std::size_t kMostOverlaps = 250'000;
-constexpr std::size_t kMostOnTriangle = 4096;
-constexpr std::size_t kMostComparisons = 20'000'000;
+constexpr std::size_t kMostComparisons = 100'000'000;
+constexpr std::size_t kSubtraction = 50;  ///< its time, in comparisons
+constexpr std::size_t kMostCells = 64;    ///< of a grid, for each overlap on the mean
+
+/// What is left of the comparisons.
+class Budget {
+ public:
+    /// False if nothing is left.
+    bool take(std::size_t comparisons) {
+        left_ -= std::min(left_, comparisons);
+        return left_ > 0;
+    }
+
+ private:
+    std::size_t left_ = kMostComparisons;
+};
 
 double area_m2(const Polygon& polygon) {
     double twice = 0;
@@ -84,6 +98,7 @@ void subtract(std::vector<Polygon>& polygons, const Polygon& other) {
 struct Face {
     std::uint32_t triangle = 0;
     Polygon corners;
+    std::array<double, 3> heights_m{};  ///< of the corners above the plane
     Point low{0};
     Point high{0};
     std::size_t region = 0;
@@ -95,6 +110,22 @@ bool is_wider_than_sliver(const Point& low, const Point& high) {
 
 bool overlap(const Face& a, const Face& b) {
     return is_wider_than_sliver(glm::max(a.low, b.low), glm::min(a.high, b.high));
+}
+
+double height_m(const Face& face, const Point& at) {
+    const Point a = face.corners[1] - face.corners[0];
+    const Point b = face.corners[2] - face.corners[0];
+    const Point d = at - face.corners[0];
+    const double twice = a.x * b.y - a.y * b.x;
+    const double u = (d.x * b.y - d.y * b.x) / twice;
+    const double v = (a.x * d.y - a.y * d.x) / twice;
+    return (1 - u - v) * face.heights_m[0] + u * face.heights_m[1] + v * face.heights_m[2];
+}
+
+/// The root of an element in a forest of disjoint sets.
+std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
 }
 
 /// The faces of one plane.
@@ -114,34 +145,41 @@ class Plane {
                 const glm::dvec3 d = glm::dvec3(v) - origin_;
                 face.corners.emplace_back(glm::dot(d, axes_[0]), glm::dot(d, axes_[1]));
             }
-            if (area_m2(face.corners) < 0) std::swap(face.corners[1], face.corners[2]);
+            for (std::size_t k = 0; k < 3; ++k)
+                face.heights_m[k] =
+                    plane.distance_m(glm::dvec3(scene.triangle(triangle).vertices[k]));
+            if (area_m2(face.corners) < 0) {
+                std::swap(face.corners[1], face.corners[2]);
+                std::swap(face.heights_m[1], face.heights_m[2]);
+            }
             face.low = glm::min(glm::min(face.corners[0], face.corners[1]), face.corners[2]);
             face.high = glm::max(glm::max(face.corners[0], face.corners[1]), face.corners[2]);
             faces_.push_back(std::move(face));
         }
     }
 
-    /// Nothing if there are too many. `comparisons` is what is left of their number.
-    std::optional<std::vector<Overlap>> overlaps(std::size_t& comparisons) {
-        const auto pairs = overlapping(comparisons);
+    /// Nothing if there are too many.
+    std::optional<std::vector<Overlap>> overlaps(Budget& budget) {
+        const auto pairs = overlapping(budget);
         if (!pairs) return std::nullopt;
         if (pairs->empty()) return std::vector<Overlap>();
         const std::vector<Rank> ranks = find_regions();
+        const std::vector<bool> layers = find_layers(*pairs, ranks);
         std::map<std::size_t, std::vector<std::size_t>> on;  // covered face -> faces heard on it
-        for (auto [a, b] : *pairs) {
-            if (are_equal(ranks[faces_[a].region], ranks[faces_[b].region])) continue;
-            if (ranks[faces_[a].region] < ranks[faces_[b].region]) std::swap(a, b);
+        for (auto [a, b, apart] : *pairs) {
+            const Rank& of_a = ranks[faces_[a].region];
+            const Rank& of_b = ranks[faces_[b].region];
+            const bool in_layers = layers[faces_[a].region] || layers[faces_[b].region];
+            if (are_equal(of_a, of_b) || (apart && in_layers)) continue;
+            if (of_a < of_b) std::swap(a, b);
             on[a].push_back(b);
         }
         std::vector<Overlap> found;
         for (auto& [covered, heard] : on) {
-            if (heard.size() > kMostOnTriangle) return std::nullopt;
-            std::sort(heard.begin(), heard.end(), [&](std::size_t a, std::size_t b) {
-                return std::tie(ranks[faces_[a].region], faces_[a].triangle) <
-                       std::tie(ranks[faces_[b].region], faces_[b].triangle);
-            });
+            if (!find_parts(covered, heard, ranks, budget, found)) return std::nullopt;
             for (std::size_t i = 0; i < heard.size(); ++i)
-                found.push_back(part(faces_[covered], std::span(heard).first(i), heard[i]));
+                found[found.size() - heard.size() + i].is_layer =
+                    layers[faces_[covered].region] || layers[faces_[heard[i]].region];
         }
         return found;
     }
@@ -149,7 +187,12 @@ class Plane {
  private:
     /// The area and the first triangle of a face: the least is heard.
     using Rank = std::pair<double, std::uint32_t>;
-    using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+    struct Pair {
+        std::size_t a = 0;
+        std::size_t b = 0;
+        bool apart = false;  ///< a ray meets one of them in front of the other
+    };
+    using Pairs = std::vector<Pair>;
 
     /// True for areas that differ by the rounding of coordinates.
     static bool are_equal(const Rank& a, const Rank& b) {
@@ -161,7 +204,7 @@ class Plane {
         return {t.object, t.material};
     }
 
-    std::optional<Pairs> overlapping(std::size_t& comparisons) {
+    std::optional<Pairs> overlapping(Budget& budget) {
         std::sort(faces_.begin(), faces_.end(), [](const Face& a, const Face& b) {
             return std::tie(a.low.x, a.triangle) < std::tie(b.low.x, b.triangle);
         });
@@ -169,31 +212,58 @@ class Plane {
         for (std::size_t a = 0; a < faces_.size(); ++a) {
             for (std::size_t b = a + 1;
                  b < faces_.size() && faces_[b].low.x < faces_[a].high.x - kSliver_m; ++b) {
-                if (comparisons-- == 0) {
-                    comparisons = 0;
-                    return std::nullopt;
-                }
+                if (!budget.take(1)) return std::nullopt;
                 if (!overlap(faces_[a], faces_[b]) || kind(faces_[a]) == kind(faces_[b])) continue;
                 const Polygon common = intersection(faces_[a].corners, faces_[b].corners);
                 if (common.empty()) continue;
                 double longest_m = 0;
                 for (const Point& p : common)
                     longest_m = std::max(longest_m, glm::distance(p, common[0]));
-                if (area_m2(common) > kSliver_m * longest_m) pairs.emplace_back(a, b);
+                if (area_m2(common) > kSliver_m * longest_m)
+                    pairs.push_back({a, b, are_apart(faces_[a], faces_[b], common)});
                 if (pairs.size() > kMostOverlaps) return std::nullopt;
             }
         }
         return pairs;
     }
 
+    static bool are_apart(const Face& a, const Face& b, const Polygon& common) {
+        return std::any_of(common.begin(), common.end(), [&](const Point& p) {
+            return std::abs(height_m(a, p) - height_m(b, p)) > 2 * double{RayScene::kFlat_m};
+        });
+    }
+
+    /// [region] True for layers of equal area at different distances, and for what overlaps them
+    /// outside of the plane: moved into it, they would change places.
+    std::vector<bool> find_layers(const Pairs& pairs, const std::vector<Rank>& ranks) const {
+        std::vector<bool> is_off(faces_.size(), false);
+        for (const Face& face : faces_) {
+            for (const double height_m : face.heights_m)
+                if (std::abs(height_m) > double{RayScene::kFlat_m}) is_off[face.region] = true;
+        }
+        std::vector<std::size_t> parent(faces_.size());
+        std::iota(parent.begin(), parent.end(), std::size_t{0});
+        for (const auto& [a, b, _] : pairs) {
+            if (is_off[faces_[a].region] && is_off[faces_[b].region])
+                parent[root_of(parent, faces_[a].region)] = root_of(parent, faces_[b].region);
+        }
+        std::vector<bool> is_stack(faces_.size(), false);  // [root]
+        for (const auto& [a, b, apart] : pairs) {
+            if (!apart || !are_equal(ranks[faces_[a].region], ranks[faces_[b].region])) continue;
+            for (const std::size_t face : {a, b})
+                is_stack[root_of(parent, faces_[face].region)] = true;
+        }
+        std::vector<bool> layers(faces_.size());
+        for (std::size_t r = 0; r < layers.size(); ++r)
+            layers[r] = is_off[r] && is_stack[root_of(parent, r)];
+        return layers;
+    }
+
     /// Joins the faces of one kind that share a corner.
     std::vector<Rank> find_regions() {
         std::vector<std::size_t> parent(faces_.size());
         std::iota(parent.begin(), parent.end(), std::size_t{0});
-        const auto root = [&](std::size_t face) {
-            while (parent[face] != face) face = parent[face] = parent[parent[face]];
-            return face;
-        };
+        const auto root = [&](std::size_t face) { return root_of(parent, face); };
         using Corner = std::tuple<std::uint32_t, std::uint32_t, float, float, float>;
         std::vector<std::pair<Corner, std::size_t>> corners;
         for (std::size_t f = 0; f < faces_.size(); ++f) {
@@ -216,15 +286,44 @@ class Plane {
         return ranks;
     }
 
+    /// Adds the parts of a face on which others are heard, which are sorted by their precedence.
+    /// False if they take too long.
+    bool find_parts(std::size_t covered, std::vector<std::size_t>& heard,
+                    const std::vector<Rank>& ranks, Budget& budget,
+                    std::vector<Overlap>& found) const {
+        std::sort(heard.begin(), heard.end());  // as all faces, by their lower x
+        const auto precedes = [&](std::size_t a, std::size_t b) {
+            return std::tie(ranks[faces_[a].region], faces_[a].triangle) <
+                   std::tie(ranks[faces_[b].region], faces_[b].triangle);
+        };
+        std::map<std::size_t, std::vector<std::size_t>> before;
+        for (std::size_t i = 0; i < heard.size(); ++i) {
+            const Face& face = faces_[heard[i]];
+            for (std::size_t j = i + 1;
+                 j < heard.size() && faces_[heard[j]].low.x < face.high.x - kSliver_m; ++j) {
+                if (!budget.take(1)) return false;
+                if (!overlap(face, faces_[heard[j]])) continue;
+                if (!budget.take(kSubtraction)) return false;
+                if (precedes(heard[i], heard[j])) {
+                    before[heard[j]].push_back(heard[i]);
+                } else {
+                    before[heard[i]].push_back(heard[j]);
+                }
+            }
+        }
+        std::sort(heard.begin(), heard.end(), precedes);
+        for (const std::size_t face : heard)
+            found.push_back(part(faces_[covered], before[face], face));
+        return true;
+    }
+
     /// The part of a face on which `heard` is heard and none of `before`.
     Overlap part(const Face& covered, std::span<const std::size_t> before,
                  std::size_t heard) const {
         const Face& face = faces_[heard];
         std::vector<Polygon> rest{intersection(covered.corners, face.corners)};
         const Polygon whole = rest[0];
-        for (const std::size_t other : before) {
-            if (overlap(face, faces_[other])) subtract(rest, faces_[other].corners);
-        }
+        for (const std::size_t other : before) subtract(rest, faces_[other].corners);
         Overlap result{.covered = covered.triangle, .heard = face.triangle};
         for (const Polygon& polygon : rest) result.area_m2 += area_m2(polygon);
         const Polygon& shown = rest.empty() ? whole : rest[0];
@@ -251,7 +350,7 @@ CoplanarFaces::CoplanarFaces(const RayScene& scene, const ScenePlanes& planes,
             members.emplace_back(plane, t);
     }
     std::sort(members.begin(), members.end());
-    std::size_t comparisons = kMostComparisons;
+    Budget budget;
     for (auto from = members.begin(); from != members.end();) {
         const auto& first = scene.triangle(from->second);
         bool one_kind = true;
@@ -261,10 +360,13 @@ CoplanarFaces::CoplanarFaces(const RayScene& scene, const ScenePlanes& planes,
             one_kind = one_kind && t.material == first.material && t.object == first.object;
         }
         if (!one_kind) {
-            const auto found =
-                Plane(scene, planes[from->first], std::span(from, to)).overlaps(comparisons);
-            if (found && overlaps_.size() + found->size() <= kMostOverlaps)
+            const ScenePlanes::Plane& plane = planes[from->first];
+            const auto found = Plane(scene, plane, std::span(from, to)).overlaps(budget);
+            if (found && overlaps_.size() + found->size() <= kMostOverlaps) {
                 overlaps_.insert(overlaps_.end(), found->begin(), found->end());
+            } else if (!not_searched_) {
+                not_searched_ = plane.reference;
+            }
         }
         from = to;
     }
@@ -284,6 +386,12 @@ int CoplanarFaces::Grid::cell(int axis, float at_m) const {
     return std::clamp(static_cast<int>((at_m - low[axis]) * cells_per_m[axis]), 0, side - 1);
 }
 
+/// First and last cells along each axis.
+auto CoplanarFaces::Grid::range(const Bounds& part) const -> std::array<std::array<int, 2>, 2> {
+    return {{{cell(0, part.min[axes[0]]), cell(0, part.max[axes[0]])},
+             {cell(1, part.min[axes[1]]), cell(1, part.max[axes[1]])}}};
+}
+
 void CoplanarFaces::add(const RayScene& scene, std::span<const Overlap> on_one_triangle) {
     const RayScene::Triangle& covered = scene.triangle(on_one_triangle[0].covered);
     const Vec3 n = glm::abs(covered.normal);
@@ -291,28 +399,34 @@ void CoplanarFaces::add(const RayScene& scene, std::span<const Overlap> on_one_t
     grid.axes = n.x >= n.y && n.x >= n.z ? std::array{1, 2}
                 : n.y >= n.z             ? std::array{0, 2}
                                          : std::array{0, 1};
-    // About one triangle in a cell.
-    grid.side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(on_one_triangle.size()))));
+    std::vector<Bounds> parts;
+    for (const Overlap& overlap : on_one_triangle)
+        parts.emplace_back().add(scene.triangle(overlap.heard).vertices);
     Bounds bounds;
     bounds.add(covered.vertices);
-    for (int k = 0; k < 2; ++k) {
-        const int axis = grid.axes[static_cast<std::size_t>(k)];
-        grid.low[k] = bounds.min[axis];
-        grid.cells_per_m[k] =
-            static_cast<float>(grid.side) / std::max(bounds.max[axis] - bounds.min[axis], 1e-6F);
+    // About one triangle in a cell, unless they are in many.
+    grid.side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(parts.size()))));
+    for (std::size_t filled = 0;; filled = 0) {
+        for (int k = 0; k < 2; ++k) {
+            const int axis = grid.axes[static_cast<std::size_t>(k)];
+            grid.low[k] = bounds.min[axis];
+            grid.cells_per_m[k] = static_cast<float>(grid.side) /
+                                  std::max(bounds.max[axis] - bounds.min[axis], 1e-6F);
+        }
+        for (const Bounds& part : parts) {
+            const auto [x, y] = grid.range(part);
+            filled += static_cast<std::size_t>((x[1] - x[0] + 1) * (y[1] - y[0] + 1));
+        }
+        if (filled <= kMostCells * parts.size()) break;
+        grid.side = (grid.side + 1) / 2;
     }
     std::vector<std::vector<std::uint32_t>> cells(static_cast<std::size_t>(grid.side * grid.side));
-    for (const Overlap& overlap : on_one_triangle) {
-        Bounds part;
-        part.add(scene.triangle(overlap.heard).vertices);
-        std::array<std::array<int, 2>, 2> range{};
-        for (int k = 0; k < 2; ++k) {
-            const auto i = static_cast<std::size_t>(k);
-            range[i] = {grid.cell(k, part.min[grid.axes[i]]), grid.cell(k, part.max[grid.axes[i]])};
-        }
-        for (int y = range[1][0]; y <= range[1][1]; ++y) {
-            for (int x = range[0][0]; x <= range[0][1]; ++x)
-                cells[static_cast<std::size_t>(y * grid.side + x)].push_back(overlap.heard);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        const auto [x, y] = grid.range(parts[i]);
+        for (int row = y[0]; row <= y[1]; ++row) {
+            for (int column = x[0]; column <= x[1]; ++column)
+                cells[static_cast<std::size_t>(row * grid.side + column)].push_back(
+                    on_one_triangle[i].heard);
         }
     }
     for (const auto& cell : cells) {

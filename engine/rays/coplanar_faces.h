@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "aula/engine/scene.h"
 #include "aula/engine/vec3.h"
 
 namespace aula {
@@ -18,8 +20,9 @@ class ScenePlanes;
 /// Static faces that overlap in one plane, such as a window drawn on a wall. Rays would hit either
 /// by rounding; the smaller face is heard. A face is a connected region of one object and one
 /// material. Faces of equal area are layers of one wall and no overlaps; nor are strips of less
-/// than 2 mm in width, which rounded corners cause. Planes with more than 4096 overlaps on a
-/// triangle, or those after 250,000 overlaps, are not searched: rays hit either face.
+/// than 2 mm in width, which rounded corners cause. Of layers at different distances, and of faces
+/// beside them, rays hit those in front. In scenes with more than 250,000 overlaps, or with heaps
+/// of faces that take too long to compare, planes are not searched: rays hit either face.
 class CoplanarFaces {
  public:
     /// The part of a triangle on which another one is heard instead.
@@ -28,6 +31,7 @@ class CoplanarFaces {
         std::uint32_t heard = 0;    ///< triangle
         double area_m2 = 0;         ///< without parts on which a third triangle is heard
         Vec3 middle{0};             ///< a point of the overlap
+        bool is_layer = false;      ///< level with each other beside a layer: neither may be moved
     };
 
     CoplanarFaces() = default;
@@ -37,6 +41,9 @@ class CoplanarFaces {
 
     /// Sorted by the covered triangle.
     std::span<const Overlap> overlaps() const { return overlaps_; }
+
+    /// The largest triangle of the first plane that is not searched.
+    std::optional<std::uint32_t> not_searched() const { return not_searched_; }
 
     /// True if parts of a triangle are covered.
     bool is_covered(std::uint32_t triangle) const {
@@ -63,11 +70,13 @@ class CoplanarFaces {
         std::vector<std::uint32_t> triangles;
 
         int cell(int axis, float at_m) const;
+        std::array<std::array<int, 2>, 2> range(const Bounds& part) const;
     };
 
     void add(const RayScene& scene, std::span<const Overlap> on_one_triangle);
 
     std::vector<Overlap> overlaps_;
+    std::optional<std::uint32_t> not_searched_;
     std::vector<std::uint32_t> index_of_;  ///< [triangle] in grids_, or kNone; empty without any
     std::vector<Grid> grids_;
 };

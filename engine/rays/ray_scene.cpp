@@ -231,7 +231,7 @@ void RayScene::update_triangles(std::uint32_t o) {
 }
 
 /// Finds the static faces that overlap in one plane, and moves their vertices into it, with all
-/// vertices at the same places: what is heard on a face is then at the same distance.
+/// vertices at the same places: what is heard on a face is then at the same distance. Layers stay.
 void RayScene::find_coplanar_faces(const std::vector<bool>& is_omitted) {
     const ScenePlanes planes(*this);
     coplanar_faces_ = CoplanarFaces(*this, planes, is_omitted);
@@ -250,6 +250,7 @@ void RayScene::find_coplanar_faces(const std::vector<bool>& is_omitted) {
         }
     };
     for (const CoplanarFaces::Overlap& overlap : coplanar_faces_.overlaps()) {
+        if (overlap.is_layer) continue;
         flatten(overlap.covered);
         flatten(overlap.heard);
     }

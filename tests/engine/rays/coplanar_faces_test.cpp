@@ -240,6 +240,67 @@ TEST_CASE("neighbours, layers of equal size and faces of one kind do not overlap
     CHECK(RayScene(kind.scene()).coplanar_faces().overlaps().empty());
 }
 
+TEST_CASE("of layers of equal size in front of a wall those on the open side are heard") {
+    for (const float turned_rad : {0.0F, 0.3F}) {
+        for (const float glass_m : {0.0F, 4e-4F, -4e-4F}) {
+            for (const bool glass_first : {true, false}) {
+                CAPTURE(turned_rad, glass_m, glass_first);
+                Room room(turned_rad);
+                const Rectangle glass{.off_m = glass_m};
+                const Rectangle curtain{.material = kWood, .off_m = 8e-4F};
+                room.add_wall().add(glass_first ? glass : curtain);
+                room.add(glass_first ? curtain : glass);
+                const RayScene rays(room.scene());
+                const std::uint32_t behind = glass_m > 0 ? kWall : kGlass;
+                RandomStream random(1);
+                for (int i = 0; i < 100; ++i) {
+                    const float x = 1.01F + 1.98F * random.uniform();
+                    const float z = 1.01F + 0.98F * random.uniform();
+                    CHECK(room.material_at(rays, x, z, 1) == kWood);
+                    CHECK(room.material_at(rays, x, z, -1) == behind);
+                }
+                const std::vector<double> areas_m2 = room.areas_m2();
+                // Some samples at the rims are reached, where layers are open.
+                CHECK(areas_m2[kWall] == Approx(92).margin(0.2));
+                CHECK(areas_m2[kGlass] < 0.1);
+                CHECK(areas_m2[kWood] == Approx(2).margin(0.1));
+            }
+        }
+    }
+}
+
+TEST_CASE("a picture on a layer of a wall is heard") {
+    Room room;
+    room.add_wall().add({kWood, 0, 0, 5, 3, 8e-4F}).add({.off_m = 8e-4F});
+    const RayScene rays(room.scene());
+    CHECK(room.material_at(rays, 2.1F, 1.4F, 1) == kGlass);
+    CHECK(room.material_at(rays, 3.5F, 1.4F, 1) == kWood);
+    CHECK(room.material_at(rays, 2.1F, 1.4F, -1) == kWall);
+}
+
+TEST_CASE("a carpet of many faces is heard on a floor of two") {
+    Room room;
+    Object carpet;
+    constexpr std::uint32_t kSide = 75;
+    for (std::uint32_t j = 0; j <= kSide; ++j)
+        for (std::uint32_t i = 0; i <= kSide; ++i)
+            carpet.vertices.emplace_back(1 + 3 * static_cast<float>(i) / kSide,
+                                         1 + 2 * static_cast<float>(j) / kSide, 0);
+    for (std::uint32_t j = 0; j < kSide; ++j) {
+        for (std::uint32_t i = 0; i < kSide; ++i) {
+            const std::uint32_t at = j * (kSide + 1) + i;
+            carpet.triangles.push_back({at, at + 1, at + kSide + 2});
+            carpet.triangles.push_back({at, at + kSide + 2, at + kSide + 1});
+        }
+    }
+    carpet.triangle_materials.assign(carpet.triangles.size(), kGlass);
+    room.add_wall().scene().objects.push_back(carpet);
+    CHECK_FALSE(RayScene(room.scene()).coplanar_faces().not_searched());
+    const std::vector<double> areas_m2 = room.areas_m2();
+    CHECK(areas_m2[kWall] == Approx(88).epsilon(1e-4));
+    CHECK(areas_m2[kGlass] == Approx(6).epsilon(1e-4));
+}
+
 TEST_CASE("a heap of overlapping faces is given up in bounded time") {
     Room heap;
     Object object;
@@ -251,5 +312,7 @@ TEST_CASE("a heap of overlapping faces is given up in bounded time") {
         object.triangle_materials.push_back(i % 2 == 0 ? kGlass : kWood);
     }
     heap.scene().objects.push_back(object);
-    CHECK(RayScene(heap.scene()).coplanar_faces().overlaps().empty());
+    const RayScene rays(heap.scene());
+    CHECK(rays.coplanar_faces().overlaps().empty());
+    CHECK(rays.surface(rays.coplanar_faces().not_searched().value()).material == kWall);
 }
