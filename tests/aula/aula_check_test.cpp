@@ -70,6 +70,35 @@ TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is 
                              Contains("wood                           5.5 m2"));
 }
 
+TEST_CASE("Of three layers in contact one warning has an area") {
+    const TemporaryFolder folder;
+    const std::string face =
+        R"({"vertices": [[1,0,1], [3,0,1], [3,0,2], [1,0,2]], "faces": [[0,1,2,3]], "material": ")";
+    const ProgramResult check =
+        run_program({AULA_PROGRAM, "check",
+                     folder.write("layers.json", R"({"aula": 1, "geometry": [
+            {"box": [5, 4, 3], "material": "brick"},)" +
+                                                     face + "glass\"}, " + face + R"(curtain"}],
+            "sources": [{"position": [4, 1, 1.5]}], "listener": {"position": [3, 3, 1.5]}})")});
+    CHECK_THAT(check.err, Contains(": 2 m2 of ") && !Contains("e-"));
+}
+
+TEST_CASE("A scene far from the origin is doubtful") {
+    const TemporaryFolder folder;
+    const auto check = [&](int from_m) {
+        const auto at = [&](int x) { return "[" + std::to_string(from_m + x) + ", 1, 1]"; };
+        return run_program({AULA_PROGRAM, "check",
+                            folder.write("far.json", R"({"aula": 1, "geometry": [{"box": [6, 4, 3],
+                "min": [)" + std::to_string(from_m) + R"(, 0, 0], "material": "plaster"}],
+                "sources": [{"position": )" + at(2) + R"(}], "listener": {"position": )" +
+                                                         at(4) + "}}")});
+    };
+    CHECK(check(2040).status == 0);
+    CHECK(check(2050).status == 3);
+    CHECK_THAT(check(2050).err, Contains("the geometry is 2056 m from the origin") &&
+                                    Contains("\"translate\": [-2053, -2, -2]"));
+}
+
 TEST_CASE("Settings that cost ten times real time are warned of with what to set") {
     const TemporaryFolder folder;
     const auto check = [&](const std::string& settings) {
