@@ -21,6 +21,8 @@ struct Words {
 
 // English, German, French, Spanish.
 constexpr std::array kMaterials{
+    Words{"acoustic_ceiling", "rasterdecke akustikdecke"},
+    Words{"acoustic_plaster", "akustikputz acousticplaster"},
     Words{"acoustic_tile",
           "acoustic akustik acoustique acustico absorber absorbeur absorbente ecophon armstrong"},
     Words{"asphalt", "asphalt asphalte asfalto bitumen tarmac teer goudron"},
@@ -28,15 +30,18 @@ constexpr std::array kMaterials{
     Words{"bookshelf",
           "bookshelf bookcase books bucher bucherregal bibliotheque libros estanteria"},
     Words{"brick", "brick bricks ziegel backstein klinker brique ladrillo mauerwerk masonry"},
-    Words{"carpet", "carpet teppich teppichboden moquette tapis alfombra moqueta rug auslegware"},
+    Words{"carpet",
+          "carpet teppich teppichboden teppichfliese teppichfliesen moquette tapis alfombra "
+          "moqueta rug auslegware"},
     Words{"concrete", "concrete beton hormigon cement zement ciment cemento screed estrich"},
     Words{"concrete_block", "cinderblock concreteblock breezeblock parpaing"},
     Words{"cork", "cork kork corcho"},
     Words{"curtain",
           "curtain vorhang rideau cortina drape drapery gardine fabric stoff textile textil cloth "
           "tissu tela tapestry"},
+    Words{"double_glazing", "doubleglazing isolierverglasung isolierglas doublevitrage"},
     Words{"felt", "felt filz feutre fieltro"},
-    Words{"foam", "foam schaumstoff mousse espuma"},
+    Words{"foam", "foam schaum schaumstoff mousse espuma basotect"},
     Words{
         "foliage",
         "foliage leaves leaf plant tree hedge bush pflanze baum hecke feuillage arbre arbol hoja"},
@@ -56,10 +61,12 @@ constexpr std::array kMaterials{
     Words{"mineral_wool", "mineralwool mineralwolle rockwool glasswool insulation dammung"},
     Words{"mirror", "mirror spiegel miroir espejo"},
     Words{"parquet", "parquet parkett laminate laminat tarima"},
-    Words{
-        "plaster",
-        "plaster putz verputz platre yeso gips stucco stuck enduit tapete wallpaper paint painted "
-        "farbe peinture pintura"},
+    Words{"plaster",
+          "plaster putz verputz kalkzementputz zementputz platre yeso gips stucco stuck enduit "
+          "tapete wallpaper paint painted "
+          "farbe peinture pintura"},
+    Words{"perforated_gypsum", "lochgips lochgipsplatte"},
+    Words{"perforated_metal_ceiling", "lochblech lochblechdecke"},
     Words{"plywood", "plywood sperrholz contreplaque contrachapado"},
     Words{"rough_concrete", "rohbeton sichtbeton betonbrut"},
     Words{"rubber", "rubber gummi caoutchouc goma"},
@@ -92,9 +99,10 @@ constexpr std::array kParts{
     Words{"brick", "facade fassade fachada"},
     Words{"concrete", "column saule pillar colonne columna pilier"},
     Words{"concrete", "stair stairs treppe escalier escalera"},
-    Words{"door", "door doors tur turen porte puerta"},
+    Words{"door", "door doors tur turen turblatt porte puerta"},
     Words{"metal", "tafel whiteboard blackboard pizarra radiator heizkorper radiateur"},
     Words{"organ_pipes", "organ orgel orgue organo"},
+    Words{"partition_office_screen", "stellwand stellwande"},
     Words{"plaster", "wall walls wand wande mur murs pared paredes muro paroi mauer"},
     Words{"plaster", "ceiling decke plafond techo vault gewolbe voute boveda paper papier papel"},
     Words{"stone", "altar autel"},
