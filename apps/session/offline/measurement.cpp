@@ -196,22 +196,31 @@ void warn_of_missing_decays(Measurement& m) {
         std::array<bool, kBandCount> bands{};
         std::vector<std::size_t> pairs{};
     };
-    std::array<Missing, 2> missing;  // [1 if the sound has decayed]
+    enum Reason : std::size_t { kTooLong, kTooNoisy, kTooLittle, kReasons };
+    std::array<Missing, kReasons> missing;
+    const auto reason_of = [&](std::size_t pair, std::size_t band) {
+        if (!has_decayed(m.responses[pair], band)) return kTooLong;
+        // The late slope decides whether the end of the response is clear of T30.
+        const bool decays =
+            m.parameters[pair].octave(AcousticParameter::t20, band).value.has_value();
+        return decays ? kTooNoisy : kTooLittle;
+    };
     for (std::size_t pair = 0; pair < m.responses.size(); ++pair) {
         for (std::size_t band = 0; m.audible[pair] && band < kBandCount; ++band) {
             if (m.parameters[pair].octave(AcousticParameter::t30, band).value) continue;
-            Missing& of = missing[has_decayed(m.responses[pair], band) ? 1 : 0];
+            Missing& of = missing[reason_of(pair, band)];
             of.bands[band] = true;
             if (of.pairs.empty() || of.pairs.back() != pair) of.pairs.push_back(pair);
         }
     }
     const bool lengthens = m.length_s < double{Simulation::kMaxIrLength_s};
-    const std::array<std::string, 2> reasons{
+    const std::array<std::string, kReasons> reasons{
         formatted("the sound decays for longer than the response of %.3g s", m.length_s) +
             (!lengthens ? ", the longest; more absorption shortens it"
              : m.simulation.ir_length_s
                  ? "; a longer --ir-length, or --ir-length auto, lets it decay"
                  : "; a longer --ir-length lets it decay"),
+        "the late sound is too noisy; more --frames, or --quality fine, reduce the noise",
         "too little sound arrives after the first arrivals for a decay; there are hardly "
         "reflections"};
     for (std::size_t i = 0; i < missing.size(); ++i) {

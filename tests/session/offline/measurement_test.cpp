@@ -8,6 +8,7 @@
 #include "apps/session/offline/measurement_text.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/room_acoustics.h"
+#include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
 #include "tests/support/octave.h"
@@ -380,6 +381,26 @@ TEST_CASE("The impulse response has the decay times of the report") {
         // Companion: walls that absorb a tenth more are detected.
         CHECK(rendered_s != Approx(reported_s / 1.1).epsilon(0.05));
     }
+}
+
+TEST_CASE("An octave without T30 for noise says so") {
+    Scene scene = parse_scene(R"({"aula": 1, "geometry": [{"box": [6, 5, 3], "material": "m"}],
+                                  "materials": {"m": {"absorption": 0.1, "scattering": 0.5}},
+                                  "sources": [{"name": "s", "position": [1, 1, 1]}],
+                                  "listener": {"position": [4, 3, 1.5]}})",
+                              "room", ".")
+                      .scene;
+    int noisy = 0;
+    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+        scene.simulation.seed = seed;
+        scene.simulation.rays = 1;
+        const auto few = measure(scene, {.frames = 1});
+        for (const std::string& warning : few->warnings)
+            if (warning.find("the late sound is too noisy") != std::string::npos) ++noisy;
+        scene.simulation.rays = 1000;
+        CHECK(measure(scene, {.frames = 1})->warnings.empty());
+    }
+    CHECK(noisy > 0);
 }
 
 TEST_CASE("A measurement that its budget ends has standard errors and says so") {
