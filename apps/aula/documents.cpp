@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -118,13 +119,17 @@ std::vector<std::string> warnings_of(const Measurement& measurement) {
                                std::to_string(receivers - audible) + " of " +
                                std::to_string(receivers) + " receivers");
     }
-    const auto silent = static_cast<std::size_t>(
-        std::count(measurement.audible.begin(), measurement.audible.end(), 0));
-    if (measurement.warnings.size() > silent)
+    std::size_t uncertain = 0;
+    for (const std::string& warning : measurement.warnings) {
+        if (warning.find(": standard errors after ") != std::string::npos)
+            ++uncertain;
+        else if (warning.find(": not audible") == std::string::npos)
+            warnings.push_back(warning);
+    }
+    if (uncertain > 0)
         warnings.push_back("standard errors after " + std::to_string(measurement.frames) +
-                           " frames are larger than wanted at " +
-                           std::to_string(measurement.warnings.size() - silent) + " of " +
-                           std::to_string(measurement.audible.size()) +
+                           " frames are larger than wanted at " + std::to_string(uncertain) +
+                           " of " + std::to_string(measurement.audible.size()) +
                            " pairs of source and receiver");
     return warnings;
 }
@@ -163,6 +168,17 @@ std::vector<LayerMaterial> layers_of(const JsonValue& scene) {
             layers.push_back({name, layer.key, std::get<std::string>(layer.value.value)});
     }
     return layers;
+}
+
+/// Where the coefficients of a scene's materials come from, by their names, as its JSON says.
+std::map<std::string, std::string> material_sources_of(const JsonValue& scene) {
+    std::map<std::string, std::string> sources;
+    const JsonValue* const materials = member(scene, "materials");
+    if (materials == nullptr) return sources;
+    for (const JsonMember& material : std::get<JsonValue::Object>(materials->value))
+        if (const JsonValue* const source = member(material.value, "source"))
+            sources[material.key] = std::get<std::string>(source->value);
+    return sources;
 }
 
 /// The measured values that a report compares with; prints warnings.
@@ -245,6 +261,7 @@ int report_room(const Arguments& arguments) {
                             .room = geometry_of(*measurement, rays),
                             .plan = floor_plan(rays, height_m),
                             .plan_height_m = height_m,
+                            .material_sources = material_sources_of(*loaded.json),
                             .layers = layers_of(*loaded.json),
                             .guesses = loaded.guesses,
                             .measured = measured};

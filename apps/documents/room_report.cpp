@@ -342,7 +342,9 @@ std::string material_sources(const RoomReport& report) {
         const auto shipped = std::find_if(
             library.begin(), library.end(),
             [&](const LibraryMaterial& candidate) { return candidate.material == material; });
-        rows += text_row(material.name, shipped == library.end()
+        const auto said = report.material_sources.find(material.name);
+        rows += text_row(material.name, said != report.material_sources.end() ? said->second
+                                        : shipped == library.end()
                                             ? "given by the scene"
                                             : "Aula's library. " + shipped->source);
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -37,10 +38,11 @@ struct RoomReport {
     bool frames_given = false;           ///< so that standard errors are unknown
     RoomGeometry room;
     FloorPlan plan;
-    float plan_height_m = 0;                   ///< z of the plan
-    std::vector<LayerMaterial> layers{};       ///< of the scene's mesh files
-    std::vector<std::string> guesses{};        ///< what a model did not say
-    std::vector<MeasuredResponse> measured{};  ///< to compare with the simulation
+    float plan_height_m = 0;                                ///< z of the plan
+    std::map<std::string, std::string> material_sources{};  ///< by name, as the scene says
+    std::vector<LayerMaterial> layers{};                    ///< of the scene's mesh files
+    std::vector<std::string> guesses{};                     ///< what a model did not say
+    std::vector<MeasuredResponse> measured{};               ///< to compare with the simulation
 };
 
 /// The report as one HTML file with inline SVG, without scripts or other files: single numbers of

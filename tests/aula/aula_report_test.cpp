@@ -226,8 +226,11 @@ f 3 7 8 4
 f 4 8 5 1
 )");
     const std::string scene = folder.write("room.json", R"({"aula": 1, "geometry": [
-        {"file": "room.obj", "materials": {"Floor_Oak": "wood", "Walls": "painted"}}],
-        "materials": {"painted": {"absorption": 0.2}},
+        {"file": "room.obj", "materials": {"Floor_Oak": "wood", "Walls": "painted"}},
+        {"name": "panel", "vertices": [[2, 2, 0], [2, 3, 0], [2, 3, 1]], "faces": [[0, 1, 2]],
+         "material": "felt"}],
+        "materials": {"painted": {"absorption": 0.2},
+                      "felt": {"absorption": 0.4, "source": "data sheet <F1>"}},
         "sources": [{"name": "voice", "position": [1, 1, 1.5], "yaw_deg": 30, "gain_db": -6}],
         "listener": {"position": [3, 3, 1.2]}})");
     const std::filesystem::path out = folder.path() / "out.html";
@@ -243,6 +246,7 @@ f 4 8 5 1
           "<td>30°, 0°</td><td>-6</td>", "Plan at the height of 1.50 m", "mean over positions",
           "standard deviation", "<td>wood</td><td>Aula&#39;s library. absorption: 16 mm wood",
           "<td>painted</td><td>given by the scene</td>",
+          "<td>felt</td><td>data sheet &lt;F1&gt;</td>",
           "<td>room.obj</td><td>Floor_Oak</td><td>wood</td>", "T30, mean and standard deviation",
           "Schroeder frequency", "<th>63 *</th>", "<th>1000</th>"})
         CHECK((html.find(part) != std::string::npos ? "" : part) == std::string());

@@ -82,7 +82,8 @@ analyse (with --speech-level and --noise-level: at the microphone; without them 
 check
   --strict               exit 3 for every warning [only for those that make results meaningless:
                          more than 10 % of the reflections escape, the listener or all sources are
-                         outside, another unit or vertical axis explains the geometry]
+                         outside, no source is audible, another unit or vertical axis explains the
+                         geometry, or it is too far from the origin]
 
 import
   --out SCENE.json       the scene file, which must not exist [standard output]
