@@ -25,7 +25,7 @@ Player::State::State(const Scene& scene, const SessionOptions& options) {
     }
     device_rate_hz = rate_hz;
     load = load_of(*playing);
-    playing->apply(controls, 0, true);
+    playing->apply(controls_of(*playing, *load), 0, true);
     take_frame(playing->auralizer.compute_first(0));
     sounding.push_back(&playing->auralizer);
     mixer->playbacks().publish(std::move(playing->playback));
