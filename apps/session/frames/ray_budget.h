@@ -12,8 +12,8 @@ int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_
                        double allowed_s);
 
 /// The time of tracing and gathering of a frame on one processor, in s, as counted. It does not
-/// depend on the machine and on the number of threads. Within a factor of two of the time that is
-/// measured on one core of a 2.3 GHz Xeon (`aula-bench budget`).
+/// depend on the machine or on the number of threads, and is about within a factor of two of the
+/// time that `aula-bench budget` measures on one core of a 2.3 GHz Xeon.
 double counted_s(const FrameStatistics& statistics);
 
 /// The counted time that a frame of exact rendering may take, in s: that of `quality` for one frame
