@@ -107,10 +107,11 @@ class DeviceReporter {
         const bool playing = status.device == DeviceState::playing;
         if (playing == played_) return;
         played_ = playing;
-        std::string text =
-            playing ? "\" is available again"
-                    : "\" or its server is lost; waiting for it for " +
-                          std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) + " s";
+        std::string text = "\" is available again";
+        if (!playing) {
+            text = "\" or its server is lost; waiting for it for ";
+            text += std::to_string(std::lround(AudioDevice::kReconnectTimeout_s)) + " s";
+        }
         if (playing && status.sample_rate_hz != rate_hz_) {
             rate_hz_ = status.sample_rate_hz;
             text += ", at " + std::to_string(std::lround(rate_hz_)) + " Hz";
