@@ -16,6 +16,7 @@
 #include "audio/dsp/resample.h"
 #include "audio/file/embedded_sound_reader.h"
 #include "audio/file/part_file.h"
+#include "audio/file/sample_quantizer.h"
 #include "audio/file/sound_answer.h"
 #include "aula/exception.h"
 #include "process/contained_process.h"
@@ -171,7 +172,9 @@ struct WavWriter::State {
     std::size_t channels = 0;
     std::optional<PartFile> part;
     std::unique_ptr<SNDFILE, CloseSound> sound;
-    std::vector<float> finite;  ///< samples of a write(), muted where not finite
+    std::optional<SampleQuantizer> quantizer;  ///< of integer formats
+    std::vector<float> finite;                 ///< samples of a write(), muted where not finite
+    std::vector<int> integers;                 ///< of a write(), by the quantizer
     std::int64_t muted = 0;
 
     [[noreturn]] void fail(const std::string& why) const {
@@ -180,7 +183,7 @@ struct WavWriter::State {
 };
 
 WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t channels,
-                     SampleFormat format)
+                     SampleFormat format, std::optional<std::uint64_t> dither_seed)
     : state_(std::make_unique<State>()) {
     state_->name = file;
     state_->channels = channels;
@@ -207,9 +210,11 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
             break;
         case SampleFormat::pcm24:
             info.format |= SF_FORMAT_PCM_24;
+            state_->quantizer.emplace(24, dither_seed);
             break;
         case SampleFormat::pcm16:
             info.format |= SF_FORMAT_PCM_16;
+            state_->quantizer.emplace(16, dither_seed);
             break;
     }
     // Opening writes the header.
@@ -220,7 +225,6 @@ WavWriter::WavWriter(const fs::path& file, double sample_rate_hz, std::size_t ch
                                 : "a WAV file of this rate and format cannot be created");
     // The peak chunk contains the time of day; without it equal sounds give equal files.
     sf_command(state_->sound.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);
-    sf_command(state_->sound.get(), SFC_SET_CLIPPING, nullptr, SF_TRUE);
 }
 
 WavWriter::~WavWriter() = default;
@@ -232,7 +236,14 @@ void WavWriter::write(std::span<const float> interleaved) {
     state_->muted +=
         static_cast<std::int64_t>(mute_beyond(std::numeric_limits<float>::max(), state_->finite));
     errno = 0;
-    if (sf_writef_float(state_->sound.get(), state_->finite.data(), count) != count) {
+    sf_count_t written = 0;
+    if (state_->quantizer) {
+        state_->quantizer->quantize(state_->finite, state_->integers);
+        written = sf_writef_int(state_->sound.get(), state_->integers.data(), count);
+    } else {
+        written = sf_writef_float(state_->sound.get(), state_->finite.data(), count);
+    }
+    if (written != count) {
         state_->fail(errno != 0 ? std::strerror(errno) : "not all samples could be written");
     }
 }

@@ -164,6 +164,7 @@ TEST_CASE("Invalid arguments are refused with one line and status 2") {
         {{scene, "--offline", out, "--estimator", "magic"}, {"--estimator", "dpc-published"}},
         {{scene, "--offline", out, "--output", "stereo"}, {"--output", "binaural"}},
         {{scene, "--offline", out, "--format", "mp3"}, {"--format", "pcm24"}},
+        {{scene, "--offline", out, "--no-dither"}, {"--no-dither", "pcm16"}},
         {{scene, "--offline", out, "--block", "100"}, {"--block", "power of two"}},
         {{scene, "--offline", out, "--ambisonic-order", "4"}, {"--ambisonic-order"}},
         {{scene, "--offline", out, "--position", "1,2"}, {"--position", "x,y,z"}},

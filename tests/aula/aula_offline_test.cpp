@@ -80,6 +80,26 @@ TEST_CASE("Rendered PCM is not delayed by the limiter") {
     REQUIRE(first_sound("pcm24") == 480);
 }
 
+TEST_CASE("PCM is dithered by --seed, and not at all with --no-dither") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("free.json", kFreeField);
+    // Samples of the 480 before the direct sound that are not 0.
+    const auto noise = [&](std::vector<std::string> options) {
+        const std::string out = folder.path() / "out.wav";
+        options.insert(options.begin(), {AULA_PROGRAM, scene, "--offline", out, "--output", "mono",
+                                         "--format", "pcm16"});
+        require_ok(run_program(options));
+        auto samples = aula::read_sound(out, 48000).samples;
+        samples.resize(470);
+        return samples;
+    };
+    const std::vector<float> silence(470);
+    REQUIRE(noise({"--no-dither"}) == silence);
+    REQUIRE(noise({}) != silence);
+    REQUIRE(noise({}) == noise({"--seed", "1"}));
+    REQUIRE(noise({}) != noise({"--seed", "2"}));
+}
+
 TEST_CASE("An interrupted program leaves no file and exits with 128 + signal number") {
     const TemporaryFolder scenes;
     const std::string scene = scenes.write("room.json", kSmallRoom);
@@ -184,8 +204,7 @@ TEST_CASE("An output file does not take the number of a closed standard descript
     const std::string scene = folder.write("room.json", kSmallRoom);
     const auto response = [&](const std::string& name, const std::string& closed) {
         const std::string out = folder.path() / name;
-        require_ok(run_program({"bash", "-c",
-                                "exec \"$0\" \"$1\" --frames 1 --ir \"$2\" " + closed,
+        require_ok(run_program({"bash", "-c", "exec \"$0\" \"$1\" --frames 1 --ir \"$2\" " + closed,
                                 AULA_PROGRAM, scene, out}));
         return read_file(out);
     };

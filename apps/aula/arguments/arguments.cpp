@@ -4,33 +4,13 @@
 #include <limits>
 
 #include "apps/aula/arguments/argument_values.h"
+#include "apps/aula/arguments/position_changes.h"
 #include "apps/session/remote/osc.h"
 #include "aula/exception.h"
 
 namespace aula {
 
 namespace {
-
-void set_listener_position(Scene& scene, const Vec3& position) {
-    scene.listener.pose = scene.listener.pose_at(0);
-    scene.listener.pose.position = position;
-    scene.listener.path.reset();
-}
-
-void set_source_position(Scene& scene, const std::string& name, const Vec3& position) {
-    std::string names;
-    for (Source& source : scene.sources) {
-        if (source.name == name) {
-            source.set_pose(source.pose_at(0));
-            source.position = position;
-            source.path.reset();
-            return;
-        }
-        names += (names.empty() ? "" : ", ") + source.name;
-    }
-    throw InputError("--source-position", "",
-                     "the scene has no source \"" + name + "\"; expected one of " + names);
-}
 
 /// A message in Aula's form. CLI11's messages begin or end with the option's name.
 std::string parse_message(const CLI::ParseError& error) {
@@ -265,6 +245,7 @@ class Options {
                               {"pcm24", SampleFormat::pcm24},
                               {"pcm16", SampleFormat::pcm16}},
                              [&](SampleFormat f) { session.format = f; });
+        app_.add_flag("--no-dither{false}", session.dither);
         integer<int>("--sample-rate", 8000, 192'000, [&](int hz) { session.sample_rate_hz = hz; });
         text("--block", [&](const std::string& value) {
             constexpr int kMin = 16;
@@ -352,6 +333,9 @@ class Options {
                 "the other");
         if (arguments_.ir && arguments_.session.format != SampleFormat::float32)
             throw InputError("--format: --ir writes float; expected no --format or float");
+        if (!arguments_.session.dither && arguments_.session.format == SampleFormat::float32)
+            throw InputError(
+                "--no-dither: float is not dithered; expected --format pcm24 or pcm16");
         if (offline_) arguments_.offline = *offline_;
         return measures ? Command::measure : offline_ ? Command::render : Command::play;
     }
@@ -445,7 +429,7 @@ class Options {
         for (const char* const name :
              {"--offline", "--ir", "--echogram", "--report", "--bin-ms", "--list-devices",
               "--screenshot", "--after", "--duration", "--output", "--format", "--sample-rate",
-              "--block", "--hrtf", "--device", "--osc", "--no-window"}) {
+              "--no-dither", "--block", "--hrtf", "--device", "--osc", "--no-window"}) {
             if (app_.get_option(name)->count() > 0)
                 throw InputError(std::string(name) + ": is not used by aula " + command +
                                  "; expected no such option");

@@ -123,6 +123,7 @@ sound
   --hrtf FILE.sofa       head-related impulse responses [MIT KEMAR]
   --format FORMAT        sample format of --offline: float, pcm24 or pcm16; pcm with a limiter
                          [float]
+  --no-dither            pcm: rounding without dither [triangular dither from --seed]
   --sample-rate HZ       sample rate [48000]
   --block FRAMES         samples per block, a power of two [256]
   --duration S           exact duration in seconds [until the end of the path or of the longest

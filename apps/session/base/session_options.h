@@ -25,6 +25,7 @@ struct SessionOptions {
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
     std::filesystem::path hrtf;        ///< SOFA file; empty: MIT KEMAR
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
+    bool dither = true;                           ///< of PCM, from the simulation's seed
     std::optional<double> duration_s;             ///< if absent: from the scene
     /// See AuralizerOptions.
     std::uint64_t max_memory_bytes = std::numeric_limits<std::uint64_t>::max();

@@ -146,7 +146,10 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
                                                        const SessionOptions& options,
                                                        const std::filesystem::path& file,
                                                        const Progress& progress) {
-    WavWriter writer(file, options.sample_rate_hz, channel_count(options.output), options.format);
+    std::optional<std::uint64_t> dither_seed;
+    if (options.dither) dither_seed = scene.simulation.seed;
+    WavWriter writer(file, options.sample_rate_hz, channel_count(options.output), options.format,
+                     dither_seed);
     const SignalSet signals = read_signals(scene, options.sample_rate_hz);
     OfflineRendering rendering(scene, signals, options);
     std::vector<float> interleaved;

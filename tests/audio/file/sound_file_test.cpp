@@ -103,6 +103,30 @@ TEST_CASE("Integer formats clip instead of wrapping around") {
     CHECK(clip.samples[1] < -0.99F);
 }
 
+TEST_CASE("Integers are dithered by their seed, or rounded without one") {
+    const TemporaryFolder folder;
+    // -1/8 step of 16 bits, and less of 24.
+    const std::vector<float> samples(4800, -0x1p-18F);
+    const auto [format, steps_per_scale] =
+        GENERATE(std::pair{SampleFormat::pcm24, 0x1p23F}, std::pair{SampleFormat::pcm16, 0x1p15F});
+    const auto written = [&, kind = format](std::optional<std::uint64_t> seed) {
+        WavWriter writer(folder / "a.wav", 48000, 1, kind, seed);
+        writer.write(samples);
+        writer.commit();
+        return read_sound(folder / "a.wav", 48000).samples;
+    };
+    const float rounded = std::round(samples[0] * steps_per_scale) / steps_per_scale;
+    CHECK(written(std::nullopt) == std::vector<float>(samples.size(), rounded));
+    CHECK(written(3) == written(3));
+    CHECK(written(3) != written(4));
+    double mean = 0;
+    for (const float sample : written(3))
+        mean += double{sample} * double{steps_per_scale} / static_cast<double>(samples.size());
+    // Statistical, 5 standard errors of the variance 1/4.
+    CHECK(std::abs(mean - double{samples[0]} * double{steps_per_scale}) <
+          5 * std::sqrt(0.25 / static_cast<double>(samples.size())));
+}
+
 TEST_CASE("Several channels are mixed down with a warning") {
     const TemporaryFolder folder;
     write_wav(folder / "a.wav", 48000, 4, {1, 0, 0, 0, 0.5F, 0.5F, 0.5F, 0.5F});
@@ -410,7 +434,7 @@ TEST_CASE("Sample rate conversion preserves the duration to the nearest sample")
 
 TEST_CASE("Every format, sample rate and number of channels is written and read back") {
     const TemporaryFolder folder;
-    // Half a step of the format; floats are exact.
+    // Half a step of the format; floats are exact. Dither is up to one step.
     const auto [format, error] =
         GENERATE(std::pair{SampleFormat::float32, 0.0}, std::pair{SampleFormat::pcm24, 0x1p-24},
                  std::pair{SampleFormat::pcm16, 0x1p-16});
@@ -441,8 +465,8 @@ TEST_CASE("Every format, sample rate and number of channels is written and read 
         CHECK(clip.sample_rate_hz == rate_hz);
         CHECK(clip.warnings.size() == (channels > 1 ? 1U : 0U));
         for (std::size_t n = 0; n < kFrames; ++n) {
-            // The largest integer is a step below full scale; rounding of the mean.
-            const double bound = 2 * error + (channels > 1 ? 0x1p-24 * 8 : 0);
+            // Rounding of the mean.
+            const double bound = 3 * error + (channels > 1 ? 0x1p-24 * 8 : 0);
             CHECK(std::abs(double{clip.samples[n]} - mean[n]) <= bound);
         }
     }

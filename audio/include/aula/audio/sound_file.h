@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,7 +47,7 @@ struct SoundInfo {
 /// Reads the header of a sound file. Throws as read_sound().
 SoundInfo sound_info(const std::filesystem::path& file);
 
-/// How a WAV file represents samples. Integers are clipped to full scale, 1.
+/// How a WAV file represents samples. Integers are rounded and clipped to full scale, 1.
 enum class SampleFormat {
     float32,  ///< 32-bit floating point, not clipped
     pcm24,    ///< 24-bit integers
@@ -60,9 +61,10 @@ class WavWriter {
  public:
     /// Creates the file with `channels` channels; the rate is rounded to whole Hz. An existing file
     /// is kept until commit() replaces it. Throws InputError if the folder is not writable, or if
-    /// `file` exists and is write-protected or not a regular file.
+    /// `file` exists and is write-protected or not a regular file. `dither_seed`: of the triangular
+    /// dither of integer formats; empty: they are rounded without dither.
     WavWriter(const std::filesystem::path& file, double sample_rate_hz, std::size_t channels,
-              SampleFormat format);
+              SampleFormat format, std::optional<std::uint64_t> dither_seed = 1);
     ~WavWriter();
 
     /// Appends interleaved samples, [sample][channel]; the number is a multiple of the channels.
