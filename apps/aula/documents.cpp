@@ -106,9 +106,9 @@ bool write_maps(const Arguments& arguments, const ParameterMap& map, const Scene
     return true;
 }
 
-/// Warnings for all receivers: how many are not audible or have larger errors than wanted.
-std::vector<std::string> warnings_of(const Measurement& measurement) {
-    std::vector<std::string> warnings;
+/// Warnings of a map: how many receivers are not audible or have larger errors than wanted.
+std::vector<std::string> map_warnings(const Measurement& measurement) {
+    std::vector<std::string> warnings = measurement.warnings;
     const std::size_t receivers = measurement.receivers.size();
     for (std::size_t s = 0; s < measurement.sources.size(); ++s) {
         const auto first = measurement.audible.begin() + static_cast<std::ptrdiff_t>(s * receivers);
@@ -119,18 +119,16 @@ std::vector<std::string> warnings_of(const Measurement& measurement) {
                                std::to_string(receivers - audible) + " of " +
                                std::to_string(receivers) + " receivers");
     }
-    std::size_t uncertain = 0;
-    for (const std::string& warning : measurement.warnings) {
-        if (warning.find(": standard errors after ") != std::string::npos)
-            ++uncertain;
-        else if (warning.find(": not audible") == std::string::npos)
-            warnings.push_back(warning);
-    }
+    const auto uncertain =
+        std::count_if(measurement.uncertain.begin(), measurement.uncertain.end(),
+                      [](const std::string& parameters) { return !parameters.empty(); });
     if (uncertain > 0)
         warnings.push_back("standard errors after " + std::to_string(measurement.frames) +
                            " frames are larger than wanted at " + std::to_string(uncertain) +
                            " of " + std::to_string(measurement.audible.size()) +
                            " pairs of source and receiver");
+    warnings.insert(warnings.end(), measurement.missing_decays.begin(),
+                    measurement.missing_decays.end());
     return warnings;
 }
 
@@ -215,7 +213,7 @@ int map_room(const Arguments& arguments) {
         return measure_map(scene, grid, arguments.frames, arguments.map_interaural, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
-    warn(warnings_of(*measurement), arguments.quiet);
+    warn(map_warnings(*measurement), arguments.quiet);
     return write_maps(arguments, {grid, plan, *measurement}, scene, folder) ? 0
                                                                             : interrupted_status();
 }
@@ -241,10 +239,10 @@ int report_room(const Arguments& arguments) {
     }
     const auto measurement = [&] {
         ProgressBar bar("measuring", arguments.quiet, ProgressLines::logged);
-        return measure_report(scene, receivers, arguments.frames, std::ref(bar));
+        return measure_report(scene, receivers, names, arguments.frames, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
-    warn(measurement->warnings, arguments.quiet);
+    warn(warnings_of(*measurement), arguments.quiet);
     const TaskLine line("writing the report", !arguments.quiet);
     const RayScene rays(scene);
     float height_m = 0;

@@ -99,7 +99,7 @@ int measure(const Arguments& arguments) {
                               .progress = std::ref(bar)},
                              scene.simulation.quality));
     if (!measurement) return interrupted_status();
-    warn(measurement->warnings, arguments.quiet);
+    warn(warnings_of(*measurement), arguments.quiet);
     files.write(scene, *measurement, hrtf);
     return 0;
 }

@@ -42,11 +42,15 @@ std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& g
 }
 
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
+                                          std::vector<std::string> receiver_names,
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress) {
     const Quality quality = scene.simulation.quality;
-    MeasurementOptions options{
-        .frames = frames, .max_work_s = kReportWork_s, .interaural = true, .progress = progress};
+    MeasurementOptions options{.frames = frames,
+                               .max_work_s = kReportWork_s,
+                               .interaural = true,
+                               .receiver_names = std::move(receiver_names),
+                               .progress = progress};
     if (quality != Quality::fine) {
         options.limits = kReportLimits;
         options.max_frames = kReportFrames;

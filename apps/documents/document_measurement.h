@@ -3,6 +3,8 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "apps/documents/receiver_grid.h"
 #include "aula/measurement.h"
@@ -20,10 +22,11 @@ std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& g
                                        std::optional<int> frames, bool interaural,
                                        const std::function<bool(double done)>& progress);
 
-/// Measures all sources at the receivers of a report, with IACC. Without `frames` until the
+/// Measures all sources at the named receivers of a report, with IACC. Without `frames` until the
 /// standard errors are a quarter of the just noticeable differences, for 500 frames, or for 80 s of
 /// counted work, whichever is first. Returns empty if `progress` requested a stop.
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
+                                          std::vector<std::string> receiver_names,
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress);
 

@@ -312,7 +312,8 @@ std::string conditions(const RoomReport& report) {
                      yes_no(simulation.direct) + ", " + yes_no(simulation.specular) + ", " +
                          yes_no(simulation.transmission));
     html += text_row("highest diffraction order", std::to_string(simulation.diffraction_order));
-    html += text_row("size of patches", formatted("%g m", double{simulation.patch_size_m}));
+    if (m.patch_size_m > 0)
+        html += text_row("size of patches", formatted("%.2g m", double{m.patch_size_m}));
     html += text_row("temperature, humidity, pressure",
                      formatted("%g °C, %g %%, %g kPa", double{medium.temperature_c},
                                double{medium.humidity_percent}, double{medium.pressure_kpa}));
@@ -445,10 +446,10 @@ std::string report_html(const RoomReport& report) {
     const std::optional<double> f_s = schroeder_hz(report, average);
     html += head(report.head) + positions(report) + summary(report, average) + uncertainty(report) +
             averages(average, f_s);
-    if (!m.warnings.empty()) {
+    const std::vector<std::string> warnings = warnings_of(m);
+    if (!warnings.empty()) {
         html += "<h2>Remarks</h2>\n<ul>\n";
-        for (const std::string& warning : m.warnings)
-            html += "<li>" + html_text(warning) + "</li>\n";
+        for (const std::string& warning : warnings) html += "<li>" + html_text(warning) + "</li>\n";
         html += "</ul>\n";
     }
     html += speech_section(report) + measured_section(report);

@@ -350,7 +350,14 @@ void bind_results(py::module_& module) {
         .def_readonly("frames", &Measurement::frames)
         .def_readonly("length_s", &Measurement::length_s)
         .def_property_readonly("warnings",
-                               [](const Measurement& m) { return printable_lines(m.warnings); })
+                               [](const Measurement& m) {
+                                   std::vector<std::string> lines = warnings_of(m);
+                                   lines.resize(lines.size() - m.missing_decays.size());
+                                   return printable_lines(lines);
+                               })
+        .def_property_readonly(
+            "missing_decays",
+            [](const Measurement& m) { return printable_lines(m.missing_decays); })
         .def("audible", [](const Measurement& measurement) {
             py::array_t<bool> array(
                 std::vector<std::size_t>{measurement.sources.size(), measurement.receivers.size()});

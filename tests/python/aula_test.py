@@ -632,6 +632,16 @@ class Errors(unittest.TestCase):
         for text in texts:
             self.assertTrue(text.isprintable(), text)
 
+    def test_only_parameters_warn_of_missing_decays(self):
+        def lines(call):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                call(box(), sources=SOURCES[0], microphones=MICROPHONES[0], frames=2, rays=50,
+                     length_s=0.05)
+            return [str(warning.message) for warning in caught if "no T30" in str(warning.message)]
+        self.assertEqual([lines(aula.rir), lines(aula.energy), lines(aula.measure)], [[], [], []])
+        self.assertEqual(len(lines(aula.parameters)), 1)
+
 
 class Arrays(unittest.TestCase):
     def test_layouts(self):

@@ -51,8 +51,8 @@ class Measurement:
 
     @property
     def warnings(self) -> list[str]:
-        """Sources that are not audible, errors larger than wanted."""
-        return self._measured.warnings
+        """Sources that are not audible, errors larger than wanted, octaves without T30."""
+        return self._measured.warnings + self._measured.missing_decays
 
     @property
     def audible(self) -> NDArray[np.bool_]:
@@ -67,7 +67,12 @@ class Measurement:
             to_integer("ambisonic_order", ambisonic_order, 1, 3), self._shares, self._threads)
 
     def parameters(self, *, standard_errors: bool = False) -> dict[str, NDArray[np.float64]]:
-        """The parameters; see `aula.parameters`."""
+        """The parameters, with a warning of octaves without T30; see `aula.parameters`."""
+        return self._parameters(standard_errors)
+
+    def _parameters(self, standard_errors: bool) -> dict[str, NDArray[np.float64]]:
+        for line in self._measured.missing_decays:
+            warnings.warn(line, stacklevel=3)
         octaves, single_numbers = self._measured.parameters()
         every = octaves | {name if name == "STI" else f"{name}_mean": arrays
                            for name, arrays in single_numbers.items()}
@@ -175,11 +180,12 @@ def parameters(room: Scene, *, sources: Positions | None = None,
 
     With `standard_errors` also "T30_error", "T30_mean_error", "STI_error" and so on, in the same
     units; they are NaN if `frames` is given, except those of IACC. Microphones are omnidirectional.
+    A warning names octaves without T30 and the reason.
     measuring: the arguments of `measure`.
     """
     _check_keywords("parameters", measuring)
-    return measure(room, sources=sources, microphones=microphones, **measuring).parameters(
-        standard_errors=standard_errors)
+    return measure(room, sources=sources, microphones=microphones, **measuring)._parameters(
+        standard_errors)
 
 
 def energy(room: Scene, *, sources: Positions | None = None,

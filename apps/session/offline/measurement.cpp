@@ -160,7 +160,11 @@ void check_positions(std::span<const Source> sources, std::span<const Pose> rece
 /// The source of a pair, and its receiver if there are several.
 std::string name_of(const Measurement& m, std::size_t pair) {
     std::string name = "source \"" + m.sources[pair / m.receivers.size()].name + "\"";
-    if (m.receivers.size() > 1) name += " at receiver " + std::to_string(pair % m.receivers.size());
+    const std::size_t receiver = pair % m.receivers.size();
+    if (!m.receiver_names.empty())
+        name += " at \"" + m.receiver_names[receiver] + "\"";
+    else if (m.receivers.size() > 1)
+        name += " at receiver " + std::to_string(receiver);
     return name + ": ";
 }
 
@@ -191,7 +195,7 @@ bool has_decayed(const EnergyResponse& response, std::size_t band) {
 }
 
 /// Adds a line for each reason for which audible pairs have no T30.
-void warn_of_missing_decays(Measurement& m) {
+void find_missing_decays(Measurement& m) {
     struct Missing {
         std::array<bool, kBandCount> bands{};
         std::vector<std::size_t> pairs{};
@@ -234,7 +238,7 @@ void warn_of_missing_decays(Measurement& m) {
                                       ? name_of(m, missing[i].pairs[0])
                                       : formatted("%zu of %zu pairs of a source and a receiver: ",
                                                   missing[i].pairs.size(), m.responses.size());
-        m.warnings.push_back(where + "no T30 at " + bands + " Hz: " + reasons[i]);
+        m.missing_decays.push_back(where + "no T30 at " + bands + " Hz: " + reasons[i]);
     }
 }
 
@@ -284,7 +288,9 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.receivers = std::move(receivers);
     m.simulation = scene.simulation;
     m.length_s = propagation.response_length_s();
+    m.receiver_names = options.receiver_names;
     m.frames = propagation.frames();
+    m.patch_size_m = propagation.patch_size_m();
     if (at_end_of_budget)
         m.warnings.push_back(formatted(
             "the budget of the measurement ended it after %d frames%s", m.frames,
@@ -298,20 +304,12 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                                  : is_silent(m.responses[pair], m.length_s) ? kTooLate
                                                                             : kTooQuiet);
         m.audible.push_back(m.inaudible[pair].empty());
-        if (!m.audible[pair]) {
-            m.warnings.push_back(name_of(m, pair) + "not audible" +
-                                 (m.receivers.size() == 1 ? " at the listener, " : ", ") +
-                                 m.inaudible[pair] + "; its parameters are omitted");
-        } else if (!options.frames && !certain) {
-            const std::string uncertain = uncertain_parameters(means[pair], options.limits);
-            if (uncertain.empty()) continue;
-            m.warnings.push_back(name_of(m, pair) + "standard errors after " +
-                                 std::to_string(m.frames) + " frames: " + uncertain);
-        }
+        const bool has_errors = m.audible[pair] && !options.frames && !certain;
+        m.uncertain.push_back(has_errors ? uncertain_parameters(means[pair], options.limits) : "");
     }
     if (options.parameters) {
         m.parameters = parameters_of(m, means, scene.speech);
-        warn_of_missing_decays(m);
+        find_missing_decays(m);
     }
     if (options.interaural && !add_interaural_parameters(m, options.progress)) return std::nullopt;
     return m;
@@ -331,6 +329,23 @@ std::optional<Measurement> measure(const Scene& scene, std::span<const Source> s
 
 std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions& options) {
     return measure(scene, std::vector<Pose>{scene.listener.pose_at(0)}, options);
+}
+
+std::vector<std::string> warnings_of(const Measurement& m) {
+    std::vector<std::string> lines = m.warnings;
+    for (std::size_t pair = 0; pair < m.audible.size(); ++pair) {
+        if (!m.audible[pair])
+            lines.push_back(name_of(m, pair) + "not audible" +
+                            (m.receivers.size() == 1 && m.receiver_names.empty()
+                                 ? " at the listener, "
+                                 : ", ") +
+                            m.inaudible[pair] + "; its parameters are omitted");
+        else if (!m.uncertain[pair].empty())
+            lines.push_back(name_of(m, pair) + "standard errors after " + std::to_string(m.frames) +
+                            " frames: " + m.uncertain[pair]);
+    }
+    lines.insert(lines.end(), m.missing_decays.begin(), m.missing_decays.end());
+    return lines;
 }
 
 MeasurementOptions within_budget(MeasurementOptions options, Quality quality) {

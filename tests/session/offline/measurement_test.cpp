@@ -17,12 +17,9 @@
 namespace {
 
 /// The warnings but those of octaves without T30, which the open has everywhere.
-std::vector<std::string> audibility_warnings(const aula::Measurement& measurement) {
-    std::vector<std::string> warnings = measurement.warnings;
-    std::erase_if(warnings, [](const std::string& warning) {
-        return warning.find("no T30 at") != std::string::npos;
-    });
-    return warnings;
+std::vector<std::string> audibility_warnings(aula::Measurement measurement) {
+    measurement.missing_decays.clear();
+    return aula::warnings_of(measurement);
 }
 
 using namespace aula;
@@ -230,6 +227,35 @@ TEST_CASE("A source behind a wall without an opening is not audible") {
     CHECK(open->audible == std::vector<char>{1, 1});
     CHECK(audibility_warnings(*open).empty());
     CHECK(room_parameters(*open)[1][4].g_db);
+}
+
+TEST_CASE("The lines on pairs have the names of source and receiver") {
+    Scene scene = two_rooms(false);
+    const std::vector<Pose> seats{scene.listener.pose_at(0), {.position = {1, 1, 1}}};
+    MeasurementOptions options{
+        .limits = {.level_db = 1e-6}, .max_frames = 16, .receiver_names = {"front", "back"}};
+    const auto named = measure(scene, scene.sources, seats, options);
+    REQUIRE(named);
+    const std::string shut = scene.sources[1].name;
+    for (std::size_t r = 0; r < 2; ++r) {
+        CHECK_FALSE(named->uncertain[named->pair(0, r)].empty());
+        // A source that is not audible has no errors.
+        CHECK(named->uncertain[named->pair(1, r)].empty());
+    }
+    CHECK_THAT(named->uncertain[0], Catch::StartsWith("level "));
+    std::vector<std::string> lines = audibility_warnings(*named);
+    REQUIRE(lines.size() == 4);
+    CHECK_THAT(lines[1], Catch::StartsWith("source \"" + scene.sources[0].name +
+                                           "\" at \"back\": standard errors after 16 frames: "));
+    CHECK_THAT(lines[3], Catch::StartsWith("source \"" + shut + "\" at \"back\": not audible, "));
+    // Companion: without names, and with limits that are met.
+    options.receiver_names.clear();
+    lines = audibility_warnings(*measure(scene, scene.sources, seats, options));
+    CHECK_THAT(lines[1], Catch::Contains("\" at receiver 1: standard errors"));
+    options.limits = {.level_db = 100, .c80_db = 100, .t30 = 100, .edt = 100};
+    const auto certain = measure(scene, scene.sources, seats, options);
+    CHECK(certain->uncertain == std::vector<std::string>(4));
+    CHECK(audibility_warnings(*certain).size() == 2);
 }
 
 TEST_CASE("A source whose sound arrives after the end of the response is reported as such") {

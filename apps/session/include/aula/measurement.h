@@ -101,6 +101,7 @@ struct MeasurementOptions {
     /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
     /// reverberation, not of the energy response. Otherwise they are empty.
     bool interaural = false;
+    std::vector<std::string> receiver_names{};  ///< of warnings_of(); empty: their numbers
     /// Called with the completed share, 0..1, of the frames and then of the interaural
     /// coefficients; returns false to stop. Empty: none.
     std::function<bool(double done)> progress{};
@@ -109,18 +110,23 @@ struct MeasurementOptions {
 /// The responses of sources at receivers with everything at rest. A pair is a source and a
 /// receiver; lists of pairs have the index [source * receivers.size() + receiver].
 struct Measurement {
-    std::vector<Source> sources;             ///< as measured
-    std::vector<Pose> receivers;             ///< as measured
-    Simulation simulation;                   ///< the settings of the propagation
-    std::vector<EnergyResponse> responses;   ///< [pair]
-    std::vector<char> audible;               ///< [pair] 1 if the source is audible at the receiver
-    std::vector<std::string> inaudible;      ///< [pair] why it is not audible; empty if it is
+    std::vector<Source> sources;              ///< as measured
+    std::vector<Pose> receivers;              ///< as measured
+    std::vector<std::string> receiver_names;  ///< [receiver] of the options; empty: numbers
+    Simulation simulation;                    ///< the settings of the propagation
+    std::vector<EnergyResponse> responses;    ///< [pair]
+    std::vector<char> audible;                ///< [pair] 1 if the source is audible at the receiver
+    std::vector<std::string> inaudible;       ///< [pair] why it is not audible; empty if it is
+    /// [pair] The parameters with larger standard errors than wanted, each with its worst octave;
+    /// empty if there are none, if the source is not audible, or for a given number of frames.
+    std::vector<std::string> uncertain;
     std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
     double length_s = 0;                     ///< of the responses
     int frames = 0;                          ///< that were computed
-    /// Lines for the user: sources that are not audible, errors larger than wanted, octaves without
-    /// T30.
-    std::vector<std::string> warnings;
+    float patch_size_m = 0;                  ///< as traced, where memory bounds it; 0: no patches
+    /// Lines on octaves without T30, one for each reason; empty if parameters are omitted.
+    std::vector<std::string> missing_decays;
+    std::vector<std::string> warnings;  ///< lines on the measurement as a whole
 
     /// The index of a pair in the lists.
     std::size_t pair(std::size_t source, std::size_t receiver) const {
@@ -156,6 +162,10 @@ std::optional<Measurement> measure(const Scene& scene, std::span<const Source> s
 
 /// The same for the sources and the listener of the scene.
 std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions& options = {});
+
+/// All lines for the user: those on the whole measurement, on pairs that are not audible or have
+/// larger errors than wanted, and, last, on octaves without T30.
+std::vector<std::string> warnings_of(const Measurement& measurement);
 
 /// The options of a measurement in a quality, given those of Quality::normal: a draft has twice the
 /// limits of standard errors, which take a quarter of the rays, and a quarter of the work; fine
