@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -103,7 +102,7 @@ TEST_CASE("sound from one direction has the covariance of a plane wave") {
     // the length of the direction: P_3'(1) = 6. Rounding changes the length by 3.5 units in |mean|,
     // which the moments follow, as many in the division, and one in `u`. Products have twice the
     // error.
-    constexpr double kUnit = std::numeric_limits<float>::epsilon() / 2.0;
+    constexpr double kUnit = 0x1p-24;  // of single precision
     constexpr double kBound = 2 * 6 * (3.5 + 3.5 + 1) * kUnit;
     for (const Vec3& u : lattice(2000)) {
         std::array<double, 16> y;
