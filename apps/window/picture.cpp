@@ -144,6 +144,9 @@ void Picture::follow_scene(Model& model) {
         sides_ = interior_sides(model.rays(), scene_positions(model.scene()));
         camera =
             Camera{.first_person = camera.first_person, .yaw_rad = first_yaw_rad(model.bounds())};
+        std::vector<Vec3> points = scene_positions(model.scene());
+        points.insert(points.end(), {model.bounds().min, model.bounds().max});
+        camera.surround(points);
         shows_all_ = true;
         shown_size_ = {0, 0};
         geometry_version_ = model.geometry_version();

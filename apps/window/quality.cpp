@@ -1,4 +1,3 @@
-#include <array>
 #include <string>
 
 #include "apps/session/base/formatted.h"
@@ -12,48 +11,21 @@ namespace aula {
 
 namespace {
 
-struct Preset {
-    const char* name;
-    const char* meaning;
-    void (*set)(Simulation&);
-};
-
-constexpr std::array<Preset, 4> kPresets{{
-    {"draft", "few rays and first-order image sources, for slow machines",
-     [](Simulation& s) {
-         s.estimator = Estimator::patch;
-         s.quality = Quality::draft;
-         s.rays = 300;
-         s.specular_order = 1;
-         s.patch_size_m = 1;
-         s.response_time_s = 0.5F;
-     }},
-    {"normal", "the defaults of a scene",
-     [](Simulation& s) {
-         const Simulation defaults;
-         s.estimator = defaults.estimator;
-         s.quality = defaults.quality;
-         s.rays = defaults.rays;
-         s.order = defaults.order;
-         s.specular_order = defaults.specular_order;
-         s.patch_size_m = defaults.patch_size_m;
-         s.response_time_s = defaults.response_time_s;
-     }},
-    {"fine", "small patches, many rays",
-     [](Simulation& s) {
-         s.estimator = Estimator::patch;
-         s.quality = Quality::fine;
-         s.rays = 3000;
-         s.specular_order = 4;
-         s.patch_size_m = 0.35F;
-         s.response_time_s = 1;
-     }},
-    {"plain", "path tracing without a cache, for comparison",
-     [](Simulation& s) {
-         s.estimator = Estimator::pt;
-         s.rays = 1000;
-     }},
-}};
+/// What a quality spends, as --quality has it.
+const char* meaning_of(Quality quality) {
+    switch (quality) {
+        case Quality::draft:
+            return "Up to 250 rays per source and frame, for slow machines. Offline rendering and "
+                   "maps take a quarter of the time of \"normal\".";
+        case Quality::normal:
+            return "Up to 1000 rays per source and frame. Offline, a second of sound takes about a "
+                   "second of two processors.";
+        case Quality::fine:
+            break;
+    }
+    return "Up to 1000 rays per source and frame. Offline always as many; maps until their errors "
+           "are small.";
+}
 
 /// Names of the estimators in the window.
 const char* method_name(Estimator estimator) {
@@ -85,23 +57,19 @@ bool choose_method(Estimator& chosen, const char* label) {
     return changed;
 }
 
+/// The quality, which replaces numbers of rays, and the two settings.
 void draw_presets(Model& model) {
-    const auto buttons = [&](const char*) {
-        bool first = true;
-        for (const Preset& preset : kPresets) {
-            if (!first) ImGui::SameLine(0, 4);
-            first = false;
-            if (ImGui::SmallButton(preset.name)) {
-                Simulation s = model.setting().simulation;
-                preset.set(s);
-                model.set_control(&PlayControls::rays, std::nullopt);
-                model.set_simulation(s, model.setting().ambisonic_order);
-            }
-            tooltip(preset.meaning);
+    constexpr const char* kMeaning = "What may be spent on this scene, as --quality has it.";
+    row("quality", kMeaning, "", [&](const char*) {
+        for (const Quality quality : {Quality::draft, Quality::normal, Quality::fine}) {
+            if (quality != Quality::draft) ImGui::SameLine(0, 4);
+            const Simulation& now = model.setting().simulation;
+            if (toggle(quality_name(quality), now.quality == quality && !now.rays))
+                model.set_quality(quality);
+            tooltip(meaning_of(quality));
         }
         return false;
-    };
-    row("preset", "Settings below, from fast to exact.", "", buttons);
+    });
     row("compare", "Two settings, A and B; x switches.", "", [&](const char*) {
         for (const std::size_t slot : {0U, 1U}) {
             if (slot == 1) ImGui::SameLine(0, 4);

@@ -3,6 +3,8 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
 
 using namespace aula;
 
@@ -48,4 +50,34 @@ TEST_CASE("Without points or without a picture the view stays") {
     camera.show(std::array{Vec3(9)}, 0, 100);
     CHECK(camera.target == Vec3(1, 2, 3));
     CHECK(camera.distance_m == 4);
+}
+
+TEST_CASE("Rooms of any size lie between the near and the far plane, with depths that differ") {
+    for (const float size_m : {0.5F, 10.0F, 800.0F, 30'000.0F}) {
+        INFO("size " << size_m << " m");
+        const std::array<Vec3, 3> room{Vec3(0), Vec3(size_m, 0.6F * size_m, 0.2F * size_m),
+                                       Vec3(0.5F * size_m, 0.01F * size_m, 0)};
+        Camera camera;
+        camera.surround(room);
+        camera.show(room, 800, 600);
+        const auto depth = [&](const Vec3& point) {
+            const Screen screen(camera, Pose{}, {0, 0}, {800, 600});
+            const glm::vec4 clip = screen.matrix() * glm::vec4(point, 1);
+            return clip.z / clip.w;
+        };
+        constexpr float kSteps = 1 << 23;  // of 24 bits between -1 and 1
+        for (int zooms = 0; zooms < 60; ++zooms) {
+            for (const Vec3& point : room) {
+                CHECK(depth(point) < 1);
+                if (camera.distance_m > camera.radius_m) CHECK(depth(point) > -1);
+            }
+            camera.zoom(1.2F);
+        }
+        // A thousandth of the room is resolved from the farthest eye.
+        const Vec3 away = glm::normalize(camera.eye(Pose{}) - camera.target);
+        CHECK(std::abs(depth(camera.target) - depth(camera.target - 1e-3F * size_m * away)) >
+              1 / kSteps);
+        camera.first_person = true;
+        CHECK(depth(room[1]) < 1);
+    }
 }

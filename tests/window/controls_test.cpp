@@ -127,6 +127,28 @@ TEST_CASE("Every control explains itself beside the panel while the mouse rests 
     CHECK(items.size() > 40);
 }
 
+TEST_CASE("A quality in the window is that of --quality, in place of rays that were set") {
+    const TemporaryFolder folder;
+    Model model(options_of(folder));
+    model.set_rays(321);
+    Simulation expected = model.scene().simulation;
+    expected.rays.reset();
+    for (const Quality quality : {Quality::draft, Quality::normal, Quality::fine}) {
+        model.set_control(&PlayControls::frame_share, 0.5);
+        model.set_quality(quality);
+        expected.quality = quality;
+        CHECK(model.setting().simulation == expected);
+        CHECK(!model.controls().rays);
+        CHECK(!model.controls().frame_share);
+    }
+    model.set_quality(Quality::draft);
+    const bool played = eventually([&] {
+        model.update(0);
+        return !model.changes() && model.status().full_rays == 250;
+    });
+    CHECK(played);
+}
+
 TEST_CASE("A slider in a row draws no text over its grab") {
     const Gui gui;
     ImGuiIO& io = ImGui::GetIO();

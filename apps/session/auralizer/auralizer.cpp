@@ -10,6 +10,7 @@
 #include "apps/session/auralizer/command_checks.h"
 #include "apps/session/auralizer/exact_playback.h"
 #include "apps/session/auralizer/real_time_playback.h"
+#include "apps/session/frames/ray_budget.h"
 #include "aula/audio/realtime.h"
 #include "aula/exception.h"
 
@@ -41,6 +42,9 @@ void Auralizer::State::build() {
         // keep the priority of this one; a single one has none.
         if (scene.simulation.threads != 1) lower_priority(kPropagationNice);
         playback = std::make_unique<RealTimePlayback>(scene, options, hrtf);
+        playback->change_room(kNow, [rays = live_rays(scene.simulation)](FrameRoom& room) {
+            room.state.rays = rays;
+        });
     }
 }
 

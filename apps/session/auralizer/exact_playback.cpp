@@ -28,7 +28,7 @@ std::size_t frames_ahead(const RendererConfig& config, std::size_t listeners) {
 
 /// Counted time of a frame; none if the number of rays is given.
 std::optional<double> work_of(const Simulation& simulation) {
-    if (simulation.rays || simulation.quality == Quality::fine) return {};
+    if (simulation.rays) return {};
     return allowed_s(simulation.quality, 1 / double{simulation.frame_rate_hz});
 }
 

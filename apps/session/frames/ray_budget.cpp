@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace aula {
 
@@ -15,6 +16,19 @@ constexpr int kFewest = 100;
 constexpr double kSegment_s = 170e-9;  ///< to trace a segment and to store what it deposits
 constexpr double kBin_s = 6e-9;        ///< to add a time bin of a patch in the final gather
 
+/// The time of a quality relative to that of Quality::normal.
+double share_of(Quality quality) {
+    switch (quality) {
+        case Quality::draft:
+            return 0.25;
+        case Quality::normal:
+            return 1;
+        case Quality::fine:
+            break;
+    }
+    return std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 double counted_s(const FrameStatistics& statistics) {
@@ -25,8 +39,12 @@ double counted_s(const FrameStatistics& statistics) {
 double allowed_s(Quality quality, double frame_period_s) {
     // Of two processors in normal quality, half of one renders the sound of the frames.
     constexpr double kProcessors = 1.5;
-    constexpr double kDraft = 0.25;
-    return frame_period_s * kProcessors * (quality == Quality::draft ? kDraft : 1);
+    return frame_period_s * kProcessors * share_of(quality);
+}
+
+int live_rays(const Simulation& simulation) {
+    const double share = std::min(1.0, share_of(simulation.quality));
+    return simulation.rays.value_or(static_cast<int>(std::lround(share * Simulation::kRays)));
 }
 
 int rays_within_work(int rays, const FrameStatistics& last, double allowed_s) {

@@ -17,8 +17,13 @@ int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_
 double counted_s(const FrameStatistics& statistics);
 
 /// The counted time that a frame of exact rendering may take, in s: that of `quality` for one frame
-/// period. Not for Quality::fine, which has no limit.
+/// period. Infinite for Quality::fine.
 double allowed_s(Quality quality, double frame_period_s);
+
+/// The rays that live playback begins with, and takes unless its frames are late: those of the
+/// scene. If it names none, Simulation::kRays, or with Quality::draft the share of them that its
+/// time is of the time of Quality::normal.
+int live_rays(const Simulation& simulation);
 
 /// The number of rays with which the next frame takes `allowed_s` of counted time: the last frame's
 /// rays, changed in proportion, at most Simulation::kRays.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "apps/session/base/patch_warning.h"
+#include "apps/session/frames/ray_budget.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -327,7 +328,7 @@ PlayControls Player::State::controls_of(const PreparedScene& prepared, const Liv
 /// Rays and response length of a prepared scene, as in the previous one if it continues.
 LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
     const double length_s = prepared.auralizer.room().response_length_s();
-    const LiveLoad::Full full{.rays = prepared.scene.simulation.ray_count(),
+    const LiveLoad::Full full{.rays = live_rays(prepared.scene.simulation),
                               .length_s = prepared.room_length_s.value_or(length_s),
                               .rays_fall = prepared.options.rays_fall,
                               .length_falls = prepared.room_length_s.has_value()};

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/session/auralizer/auralizer_options.h"
+#include "apps/session/frames/ray_budget.h"
 #include "aula/engine/propagation.h"
 
 namespace aula {
@@ -109,7 +110,7 @@ void PreparedScene::apply(const PlayControls& controls, double time_s, bool with
     if (controls.frame_share)
         room.set_frame_share(*controls.frame_share);
     else
-        room.set_rays(std::clamp(controls.rays.value_or(scene.simulation.ray_count()), 1,
+        room.set_rays(std::clamp(controls.rays.value_or(live_rays(scene.simulation)), 1,
                                  Simulation::kMaxRays));
 }
 

@@ -198,6 +198,18 @@ void Model::set_simulation(const Simulation& simulation, int ambisonic_order) {
     apply();
 }
 
+void Model::set_quality(Quality quality) {
+    if (!may_change()) return;
+    Simulation simulation = setting().simulation;
+    simulation.quality = quality;
+    simulation.rays.reset();
+    adjust([](PlayControls& now) {
+        now.rays.reset();
+        now.frame_share.reset();
+    });
+    set_simulation(simulation, setting().ambisonic_order);
+}
+
 void Model::set_rays(int rays) {
     settings_.set_rays(rays);
     set_control(&PlayControls::rays, rays);

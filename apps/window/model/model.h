@@ -94,7 +94,8 @@ class Model {
     std::size_t active() const { return settings_.active_index(); }
     bool compares() const { return settings_.compares(); }
     void set_simulation(const Simulation& simulation, int ambisonic_order);
-    void set_rays(int rays);  ///< takes effect in the next frame
+    void set_quality(Quality quality);  ///< replaces the number of rays, also an automatic one
+    void set_rays(int rays);            ///< takes effect in the next frame
     void switch_setting();
 
     // The view.

@@ -12,8 +12,8 @@ namespace aula {
 
 namespace {
 
-constexpr float kNear_m = 0.05F;
-constexpr float kFar_m = 3000;
+constexpr float kNear_m = 0.05F;                ///< to the near plane, at least
+constexpr float kNearest_m = 0.3F;              ///< from the target of the orbit camera
 constexpr float kHeight_rad = 0.9F;             ///< vertical field of view of the orbit camera
 constexpr float kFirstPersonHeight_rad = 1.2F;  ///< vertical field of view in first person
 
@@ -24,9 +24,19 @@ Vec3 direction_of(float yaw_rad, float pitch_rad) {
 
 }  // namespace
 
+void Camera::surround(std::span<const Vec3> points) {
+    // Lines of rays, lobes and moving objects reach somewhat beyond the room.
+    constexpr float kMargin = 1.5F;
+    constexpr float kMargin_m = 1;
+    if (points.empty()) return;
+    Bounds bounds;
+    bounds.add(points);
+    centre = 0.5F * (bounds.min + bounds.max);
+    radius_m = kMargin * 0.5F * bounds.diagonal_m() + kMargin_m;
+}
+
 void Camera::show(std::span<const Vec3> points, float width, float height) {
     constexpr float kFilled = 0.9F;  // of the image; names of sources stand beside the room
-    constexpr float kNearest_m = 0.3F;
     if (points.empty() || !(width > 0 && height > 0)) return;
     const Vec3 away = direction_of(yaw_rad, pitch_rad);
     const Vec3 right = glm::normalize(glm::cross(Vec3(0, 0, 1), away));
@@ -56,7 +66,10 @@ void Camera::turn(float yaw_step_rad, float pitch_step_rad) {
     pitch_rad = std::clamp(pitch_rad + pitch_step_rad, -1.55F, 1.55F);
 }
 
-void Camera::zoom(float factor) { distance_m = std::clamp(distance_m * factor, 0.3F, 2000.0F); }
+void Camera::zoom(float factor) {
+    constexpr float kFarthest = 20;  // radii: the room fills a tenth of the picture's height
+    distance_m = std::clamp(distance_m * factor, kNearest_m, kFarthest * radius_m);
+}
 
 void Camera::pan(float right, float up) {
     const Vec3 away = direction_of(yaw_rad, pitch_rad);
@@ -79,9 +92,10 @@ glm::mat4 Camera::view(const Pose& listener) const {
     return glm::lookAt(eye(listener), target, Vec3(0, 0, 1));
 }
 
-glm::mat4 Camera::projection(float aspect) const {
-    return glm::perspective(first_person ? kFirstPersonHeight_rad : kHeight_rad, aspect, kNear_m,
-                            kFar_m);
+glm::mat4 Camera::projection(const Pose& listener, float aspect) const {
+    const float to_centre_m = glm::distance(eye(listener), centre);
+    return glm::perspective(first_person ? kFirstPersonHeight_rad : kHeight_rad, aspect,
+                            std::max(kNear_m, to_centre_m - radius_m), to_centre_m + radius_m);
 }
 
 std::optional<Vec3> on_level(const Ray& ray, float z) {
@@ -94,7 +108,7 @@ std::optional<Vec3> on_level(const Ray& ray, float z) {
 Screen::Screen(const Camera& camera, const Pose& listener, glm::vec2 corner, glm::vec2 size)
     : eye_(camera.eye(listener)), corner_(corner), size_(size) {
     const glm::mat4 view = camera.view(listener);
-    matrix_ = camera.projection(size.x / std::max(1.0F, size.y)) * view;
+    matrix_ = camera.projection(listener, size.x / std::max(1.0F, size.y)) * view;
     right_ = {view[0][0], view[1][0], view[2][0]};
 }
 

@@ -18,6 +18,13 @@ struct Camera {
     float yaw_rad = -2.2F;   ///< azimuth of the eye from the target
     float pitch_rad = 0.8F;  ///< elevation of the eye from the target
     float distance_m = 10;
+    /// A sphere around everything that is drawn, between whose near and far sides depth is
+    /// resolved.
+    Vec3 centre{0};
+    float radius_m = 10;
+
+    /// Sets the sphere around the points. Without points it does nothing.
+    void surround(std::span<const Vec3> points);
 
     /// Changes target and distance so that the points fill an image of the given width and height,
     /// seen in the present direction. Without points it does nothing.
@@ -30,7 +37,7 @@ struct Camera {
 
     Vec3 eye(const Pose& listener) const;
     glm::mat4 view(const Pose& listener) const;
-    glm::mat4 projection(float aspect) const;
+    glm::mat4 projection(const Pose& listener, float aspect) const;
 };
 
 /// Intersection of a ray with a horizontal plane; empty for nearly horizontal rays.

@@ -64,3 +64,17 @@ TEST_CASE("Counted time does not depend on clocks, and limits the rays of a fram
     CHECK(allowed_s(Quality::normal, 0.1) == Approx(0.15));
     CHECK(allowed_s(Quality::draft, 0.1) == Approx(0.0375));
 }
+
+TEST_CASE("A quality means the same share of time offline and live") {
+    CHECK(std::isinf(allowed_s(Quality::fine, 0.1)));
+    CHECK(rays_within_work(1000, frame_of(1000), allowed_s(Quality::fine, 0.1)) == 1000);
+    Simulation simulation;
+    CHECK(live_rays(simulation) == Simulation::kRays);
+    simulation.quality = Quality::fine;
+    CHECK(live_rays(simulation) == Simulation::kRays);
+    simulation.quality = Quality::draft;
+    CHECK(live_rays(simulation) / double{Simulation::kRays} ==
+          allowed_s(Quality::draft, 1) / allowed_s(Quality::normal, 1));
+    simulation.rays = 321;
+    CHECK(live_rays(simulation) == 321);
+}
