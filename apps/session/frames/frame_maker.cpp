@@ -59,6 +59,7 @@ FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
     return {source,
             std::make_unique<ImpulseResponseBuilder>(carriers_, propagation_.response_length_s(),
                                                      source.name, field_order(config_)),
+            SourceTrajectory(config_.longest_delay_s),
             {}};
 }
 
@@ -115,7 +116,9 @@ void FrameMaker::propagate(const RoomState& room) {
         input_.listeners[l] = room.listeners[l].position;
     input_.sources.clear();
     input_.source_rotations.clear();
-    for (const Voice& voice : voices_) {
+    for (Voice& voice : voices_) {
+        voice.trajectory.add(room.time_s, voice.state.pose.position,
+                             static_cast<double>(speed_of_sound_m_s_));
         input_.sources.push_back(voice.state.pose.position);
         input_.source_rotations.push_back(voice.state.pose.rotation());
     }
@@ -146,7 +149,7 @@ void FrameMaker::build_response(std::size_t voice, std::size_t listener,
 /// A response of a voice, with the gains applied.
 SourceSound FrameMaker::sound_of(const Voice& voice, const ImpulseResponse& response) const {
     return source_sound(response, static_cast<double>(speed_of_sound_m_s_), voice.state.gain_db,
-                        gains_.direct, gains_.early);
+                        gains_.direct, gains_.early, &voice.trajectory);
 }
 
 // Responses are large, so that they are built one after another.
@@ -185,19 +188,22 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
 }
 
 double FrameMaker::longest_delay_s(std::uint64_t id) const {
-    float longest_m = 0;
-    const auto add = [&](const std::vector<SpecularPath>& paths) {
-        for (const SpecularPath& path : paths) longest_m = std::max(longest_m, path.length_m);
+    double longest_s = 0;
+    const auto add = [&](const Voice& voice, const std::vector<SpecularPath>& paths) {
+        for (const SpecularPath& path : paths)
+            longest_s = std::max(longest_s, voice.trajectory.delay_s(
+                                                path, static_cast<double>(speed_of_sound_m_s_)));
     };
     for (std::size_t v = 0; v < voices_.size(); ++v) {
         if (voices_[v].state.id != id) continue;
-        for (std::size_t l = 0; l < builders_.size(); ++l) add(propagation_.response(v, l).paths);
+        for (std::size_t l = 0; l < builders_.size(); ++l)
+            add(voices_[v], propagation_.response(v, l).paths);
     }
     for (const Voice& voice : ringing_) {
         if (voice.state.id != id) continue;
-        for (const ImpulseResponse& response : voice.last) add(response.paths);
+        for (const ImpulseResponse& response : voice.last) add(voice, response.paths);
     }
-    return std::min(config_.longest_delay_s, static_cast<double>(longest_m / speed_of_sound_m_s_));
+    return std::min(config_.longest_delay_s, longest_s);
 }
 
 std::optional<HeardSound> FrameMaker::sound(std::uint64_t id, std::size_t listener) const {

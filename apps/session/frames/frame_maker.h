@@ -8,6 +8,7 @@
 #include "apps/session/frames/frame_view.h"
 #include "apps/session/frames/room_state.h"
 #include "apps/session/frames/sound_at_listener.h"
+#include "apps/session/frames/source_trajectory.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
@@ -83,6 +84,7 @@ class FrameMaker {
     struct Voice {
         SourceState state;
         std::unique_ptr<ImpulseResponseBuilder> impulse_responses;
+        SourceTrajectory trajectory;
         std::vector<ImpulseResponse> last;  ///< [listener] of one that rings out
     };
 

@@ -12,9 +12,9 @@ namespace aula {
 
 namespace {
 
-DiscretePath discrete_path(const SpecularPath& path, double speed_of_sound_m_s, float gain) {
+DiscretePath discrete_path(const SpecularPath& path, double delay_s, float gain) {
     DiscretePath out;
-    out.delay_s = static_cast<double>(path.length_m) / speed_of_sound_m_s;
+    out.delay_s = delay_s;
     out.id = path.id;
     out.direction = {path.direction.x, path.direction.y, path.direction.z};
     for (std::size_t band = 0; band < kBandCount; ++band)
@@ -34,13 +34,15 @@ constexpr double kFilterTail_s = 0.05;
 }  // namespace
 
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db,
-                         float direct_gain, float early_gain) {
+                         float direct_gain, float early_gain, const SourceTrajectory* trajectory) {
     SourceSound sound;
     for (std::size_t channel = 0; channel < response.channels.size(); ++channel)
         sound.ambisonics[channel] = response.channels[channel];
     for (const SpecularPath& path : response.paths) {
         const float gain = path.order == 0 ? direct_gain : early_gain;
-        const DiscretePath discrete = discrete_path(path, speed_of_sound_m_s, gain);
+        const double delay_s = trajectory != nullptr ? trajectory->delay_s(path, speed_of_sound_m_s)
+                                                     : double{path.length_m} / speed_of_sound_m_s;
+        const DiscretePath discrete = discrete_path(path, delay_s, gain);
         if (path.order == 0 && path.id == 0)
             sound.direct = discrete;
         else

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "apps/session/base/session_options.h"
+#include "apps/session/frames/source_trajectory.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/scene.h"
@@ -13,9 +14,10 @@ namespace aula {
 /// Converts the engine's impulse response, of the renderer's order, to the renderer's input. The
 /// reverberation's samples are not copied (keep `response` alive); arrivals get delays in seconds
 /// and pressure gains. `direct_gain` applies to all paths of the direct sound, `early_gain` to
-/// reflections.
+/// reflections. `trajectory`: of a source that moves; null: it stands.
 SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_m_s, float gain_db,
-                         float direct_gain = 1, float early_gain = 1);
+                         float direct_gain = 1, float early_gain = 1,
+                         const SourceTrajectory* trajectory = nullptr);
 
 /// The longest delay of direct sound in a scene, for the renderer: the largest distance between a
 /// source and a listener position, plus a kilometre for interactive movement.
