@@ -105,13 +105,6 @@ void check_signals(const Scene& scene, Findings& findings) {
     findings.add(warnings);
 }
 
-/// "after 1.5 s, at (1, 2, 3)", or the point alone for an initial position.
-std::string place_text(const NamedPosition& item) {
-    const Vec3& p = item.position;
-    return (item.time_s ? formatted(" after %.1f s", *item.time_s) : "") +
-           formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z});
-}
-
 /// Warns of an initial position far outside the geometry that is inside in another unit.
 void check_unit(const NamedPosition& item, const Bounds& bounds, Findings& findings) {
     constexpr float kFar = 20;  // diagonals; a mistake of a hundred leads beyond it in most rooms
@@ -139,7 +132,7 @@ void check_positions(const Scene& scene, const SortedPositions& sorted, Findings
         reported.push_back(item.name);
         // Reading the scene has warned of positions outside the bounds.
         if (bounds.contains(item.position))
-            findings.warn(item.name + " is outside the room" + place_text(item));
+            findings.warn(outside_text(item));
         else
             check_unit(item, bounds, findings);
     }
@@ -200,15 +193,12 @@ void check_distance(const Scene& scene, Findings& findings) {
 /// Warns of a source, or the listener, whose `places` sound cannot reach from any of `others`,
 /// wherever the movable objects are. Returns false if that is so for all places.
 bool check_connection(const RayScene& rays, const std::vector<NamedPosition>& places,
-                      const std::vector<Vec3>& others, Findings& findings) {
-    const std::vector<char> reached = result_of(kMeasuring, findings.arguments(), [&] {
-        return connected(rays, others, points_of(places), kRoomSeed, MovableObjects::are_passed);
-    });
-    const auto cut_off = std::find(reached.begin(), reached.end(), 0);
-    if (std::find(reached.begin(), reached.end(), 1) == reached.end()) return false;
-    if (cut_off == reached.end()) return true;
-    const NamedPosition& first = places[static_cast<std::size_t>(cut_off - reached.begin())];
-    findings.warn(first.name + " is inside a closed body" + place_text(first) +
+                      const std::vector<NamedPosition>& others, Findings& findings) {
+    const std::vector<NamedPosition> missed =
+        result_of(kMeasuring, findings.arguments(), [&] { return cut_off(rays, places, others); });
+    if (missed.size() == places.size()) return false;
+    if (missed.empty()) return true;
+    findings.warn(missed[0].name + " is inside a closed body" + place_text(missed[0]) +
                   ": no sound passes its surfaces; lead the path around it");
     return true;
 }
@@ -222,10 +212,10 @@ void check_audibility(const RayScene& rays, const SortedPositions& sorted, Findi
     const std::vector<NamedPosition> listener = places[kListener];
     places.erase(kListener);
     if (listener.empty()) return;
-    std::vector<Vec3> audible;
+    std::vector<NamedPosition> audible;
     for (const auto& [name, source] : places) {
-        if (check_connection(rays, source, points_of(listener), findings)) {
-            for (const NamedPosition& item : source) audible.push_back(item.position);
+        if (check_connection(rays, source, listener, findings)) {
+            audible.insert(audible.end(), source.begin(), source.end());
         } else {
             findings.warn(name +
                           " is never audible: closed surfaces separate it from the listener");

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -14,15 +15,18 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/outputs.h"
+#include "apps/aula/room_positions.h"
 #include "apps/aula/terminal/progress_bar.h"
 #include "apps/dataset/plan/planned_scene.h"
 #include "apps/documents/document_measurement.h"
 #include "apps/documents/parameter_map.h"
-#include "apps/documents/room_report.h"
+#include "apps/documents/report/room_report.h"
 #include "apps/session/base/output_file.h"
 #include "apps/session/base/output_folder.h"
 #include "aula/exception.h"
 #include "engine/input/json.h"
+#include "engine/mesh/mesh_import.h"
+#include "engine/rays/room_survey.h"
 
 namespace aula {
 
@@ -132,16 +136,70 @@ std::vector<std::string> map_warnings(const Measurement& measurement) {
     return warnings;
 }
 
-/// The geometry of the rooms of the sources and receivers.
-RoomGeometry geometry_of(const Measurement& measurement, const RayScene& rays) {
-    std::vector<Vec3> positions;
-    for (const Source& source : measurement.sources) positions.push_back(source.position_at(0));
-    for (const Pose& receiver : measurement.receivers) positions.push_back(receiver.position);
-    const std::vector<char> outside = outside_room(rays, positions, measurement.simulation.seed);
-    std::vector<Vec3> inside;
-    for (std::size_t i = 0; i < positions.size(); ++i)
-        if (!outside[i]) inside.push_back(positions[i]);
-    return measure_room(rays, inside, measurement.simulation.seed);
+/// The sources and receivers of a report in the room, and lines on the others.
+struct ReportPositions {
+    std::vector<NamedPosition> inside;
+    std::vector<char> in_room;  ///< [pair] of a source and a receiver: both are
+    std::vector<std::string> remarks;
+};
+
+std::string text_of(const Source& source) { return "source \"" + source.name + '"'; }
+std::string text_of(const NamedReceiver& receiver) { return "receiver \"" + receiver.name + '"'; }
+
+ReportPositions report_positions(const RayScene& rays, const Scene& scene,
+                                 const std::vector<NamedReceiver>& receivers) {
+    std::vector<NamedPosition> all;
+    for (const Source& source : scene.sources)
+        all.push_back({text_of(source), source.position_at(0), {}});
+    for (const NamedReceiver& receiver : receivers)
+        all.push_back({text_of(receiver), receiver.position, {}});
+    SortedPositions sorted = sort_positions(rays, std::move(all));
+    ReportPositions result;
+    std::set<std::string> outside;
+    for (const NamedPosition& item : sorted.outside) {
+        outside.insert(item.name);
+        result.remarks.push_back(outside_text(item) + "; its pairs are not averaged");
+    }
+    for (const Source& source : scene.sources)
+        for (const NamedReceiver& receiver : receivers)
+            result.in_room.push_back(!outside.contains(text_of(source)) &&
+                                     !outside.contains(text_of(receiver)));
+    const auto first_receiver =
+        std::find_if(sorted.inside.begin(), sorted.inside.end(),
+                     [](const NamedPosition& item) { return item.name.starts_with("receiver "); });
+    const std::vector<NamedPosition> sources(sorted.inside.begin(), first_receiver);
+    const std::vector<NamedPosition> seats(first_receiver, sorted.inside.end());
+    const auto add_cut_off = [&](const auto& places, const auto& others, const char* kind) {
+        if (others.empty()) return;
+        for (const NamedPosition& item : cut_off(rays, places, others))
+            result.remarks.push_back(item.name + " is inside a closed body or another room" +
+                                     place_text(item) + ": no sound passes from any " + kind);
+    };
+    add_cut_off(seats, sources, "source");
+    add_cut_off(sources, seats, "receiver");
+    result.inside = std::move(sorted.inside);
+    return result;
+}
+
+/// The layers of the scene's mesh files, with the areas that sound reaches.
+std::vector<LayerMaterial> layers_of(const Scene& scene, const RoomGeometry& room) {
+    std::vector<LayerMaterial> layers;
+    std::size_t first = 0;  // triangle of the object in the room
+    for (const Object& object : scene.objects) {
+        const std::size_t begin = std::exchange(first, first + object.triangles.size());
+        if (object.files.empty()) continue;
+        const ImportedMesh mesh = import_mesh(object.files[0]);
+        // Unless the file has changed meanwhile.
+        if (mesh.triangles.size() != object.triangles.size()) continue;
+        std::map<std::pair<std::uint32_t, std::uint32_t>, double> area_m2;  // of layer and material
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            area_m2[{mesh.triangle_materials[t], object.triangle_materials[t]}] +=
+                begin + t < room.triangle_area_m2.size() ? room.triangle_area_m2[begin + t] : 0;
+        for (const auto& [of, m2] : area_m2)
+            layers.push_back({object.files[0].filename().string(), mesh.material_names[of.first],
+                              scene.materials[of.second].name, m2});
+    }
+    return layers;
 }
 
 const JsonValue* member(const JsonValue& value, const std::string& key) {
@@ -150,22 +208,6 @@ const JsonValue* member(const JsonValue& value, const std::string& key) {
     for (const JsonMember& item : *object)
         if (item.key == key) return &item.value;
     return nullptr;
-}
-
-/// The layers of the mesh files of a scene's JSON, which has been read without errors.
-std::vector<LayerMaterial> layers_of(const JsonValue& scene) {
-    std::vector<LayerMaterial> layers;
-    const JsonValue* const geometry = member(scene, "geometry");
-    if (geometry == nullptr) return layers;
-    for (const JsonValue& object : std::get<JsonValue::Array>(geometry->value)) {
-        const JsonValue* const file = member(object, "file");
-        const JsonValue* const materials = member(object, "materials");
-        if (file == nullptr || materials == nullptr) continue;
-        const std::string name = fs::path(std::get<std::string>(file->value)).filename().string();
-        for (const JsonMember& layer : std::get<JsonValue::Object>(materials->value))
-            layers.push_back({name, layer.key, std::get<std::string>(layer.value.value)});
-    }
-    return layers;
 }
 
 /// Where the coefficients of a scene's materials come from, by their names, as its JSON says.
@@ -227,16 +269,20 @@ int report_room(const Arguments& arguments) {
     OutputFile file(arguments.html);
     std::optional<OutputFile> json;
     if (arguments.json) json.emplace(*arguments.json);
+    std::vector<NamedReceiver> named = arguments.receivers;
+    if (named.empty()) named.push_back({"listener", scene.listener.pose_at(0).position});
     std::vector<std::string> names;
     std::vector<Pose> receivers;
-    for (const NamedReceiver& receiver : arguments.receivers) {
+    for (const NamedReceiver& receiver : named) {
         names.push_back(receiver.name);
         receivers.push_back({.position = receiver.position});
     }
-    if (receivers.empty()) {
-        names.emplace_back("listener");
-        receivers.push_back(scene.listener.pose_at(0));
-    }
+    // The head turns to the source; a receiver above or below it has the listener's left.
+    if (arguments.receivers.empty()) receivers[0] = scene.listener.pose_at(0);
+    const RayScene rays(scene);
+    const ReportPositions positions =
+        result_of(kMeasuring, arguments, [&] { return report_positions(rays, scene, named); });
+    warn(positions.remarks, arguments.quiet);
     const auto measurement = [&] {
         ProgressBar bar("measuring", arguments.quiet, ProgressLines::logged);
         return measure_report(scene, receivers, names, arguments.frames, std::ref(bar));
@@ -244,24 +290,26 @@ int report_room(const Arguments& arguments) {
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);
     const TaskLine line("writing the report", !arguments.quiet);
-    const RayScene rays(scene);
     float height_m = 0;
     for (const Pose& receiver : receivers)
         height_m += receiver.position.z / static_cast<float>(receivers.size());
+    const RoomGeometry room = measure_room(rays, points_of(positions.inside), kRoomSeed);
     const RoomReport report{.head = arguments.head,
-                            .title = arguments.scene.stem().string(),
+                            .scene_name = arguments.scene.stem().string(),
                             .program = "aula " AULA_VERSION,
                             .scene_hash = scene_hash(scene),
                             .scene = scene,
                             .measurement = *measurement,
                             .receivers = names,
+                            .in_room = positions.in_room,
                             .frames_given = arguments.frames.has_value(),
-                            .room = geometry_of(*measurement, rays),
+                            .room = room,
                             .plan = floor_plan(rays, height_m),
                             .plan_height_m = height_m,
                             .material_sources = material_sources_of(*loaded.json),
-                            .layers = layers_of(*loaded.json),
+                            .layers = layers_of(scene, room),
                             .guesses = loaded.guesses,
+                            .remarks = positions.remarks,
                             .measured = measured};
     file.write(report_html(report));
     if (json) json->write(room_report_json(report));

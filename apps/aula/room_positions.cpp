@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 
+#include "apps/session/base/formatted.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
 
@@ -68,6 +69,26 @@ SortedPositions sort_positions(const RayScene& rays, std::vector<NamedPosition> 
         (outside[i] ? sorted.outside : sorted.inside).push_back(positions[i]);
     }
     return sorted;
+}
+
+std::string place_text(const NamedPosition& item) {
+    const Vec3& p = item.position;
+    return (item.time_s ? formatted(" after %.1f s", *item.time_s) : "") +
+           formatted(", at (%g, %g, %g)", double{p.x}, double{p.y}, double{p.z});
+}
+
+std::string outside_text(const NamedPosition& item) {
+    return item.name + " is outside the room" + place_text(item);
+}
+
+std::vector<NamedPosition> cut_off(const RayScene& rays, const std::vector<NamedPosition>& places,
+                                   const std::vector<NamedPosition>& others) {
+    const std::vector<char> reached = connected(rays, points_of(others), points_of(places),
+                                                kRoomSeed, MovableObjects::are_passed);
+    std::vector<NamedPosition> missed;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        if (!reached[i]) missed.push_back(places[i]);
+    return missed;
 }
 
 }  // namespace aula

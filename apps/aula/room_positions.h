@@ -40,6 +40,16 @@ struct SortedPositions {
 
 SortedPositions sort_positions(const RayScene& rays, std::vector<NamedPosition> positions);
 
+/// ", at (1, 2, 3)", after the time on a path.
+std::string place_text(const NamedPosition& item);
+
+/// "the listener is outside the room, at (1, 2, 3)".
+std::string outside_text(const NamedPosition& item);
+
+/// Those of `places` that sound does not reach from any of `others`, wherever movable objects are.
+std::vector<NamedPosition> cut_off(const RayScene& rays, const std::vector<NamedPosition>& places,
+                                   const std::vector<NamedPosition>& others);
+
 /// The result of `work`. If it takes long, a status line on the terminal shows `what`.
 template <typename Work>
 auto result_of(const std::string& what, const Arguments& arguments, const Work& work) {

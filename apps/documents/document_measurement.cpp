@@ -22,8 +22,8 @@ constexpr MeasurementLimits kReportLimits{
 /// parallel hard walls, for instance. Two sources then take about 45 s at six receivers.
 constexpr int kReportFrames = 500;
 
-/// Counted work of the frames of larger reports. With the length of the responses before and the
-/// interaural coefficients after them, a dozen pairs should take at most two minutes of one thread.
+/// Counted work of larger reports, with the interaural coefficients. With the length of the responses
+/// before, a dozen pairs should take at most two minutes of one thread.
 constexpr double kReportWork_s = 80;
 
 }  // namespace

@@ -20,6 +20,7 @@ void average(PositionAverage& out, std::span<const PairParameters* const> all, c
     if (count == 0) return;
     MeasuredValue& mean = of(out.mean);
     mean.value = sum / count;
+    of(out.counts).value = count;
     if (count < 2) return;
     double squares = 0;
     for (const PairParameters* const parameters : all) {
@@ -46,10 +47,12 @@ PositionAverage average_over_positions(std::span<const PairParameters* const> al
     return out;
 }
 
-std::vector<const PairParameters*> audible_parameters(const Measurement& measurement) {
+std::vector<const PairParameters*> audible_parameters(const Measurement& measurement,
+                                                      std::span<const char> in_room) {
     std::vector<const PairParameters*> all;
     for (std::size_t pair = 0; pair < measurement.parameters.size(); ++pair)
-        if (measurement.audible[pair]) all.push_back(&measurement.parameters[pair]);
+        if (measurement.audible[pair] && in_room[pair])
+            all.push_back(&measurement.parameters[pair]);
     return all;
 }
 

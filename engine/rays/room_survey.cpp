@@ -302,6 +302,31 @@ class ReachedPoints {
     bool is_tight_ = true;
 };
 
+/// Areas of triangles that sound reaches: the share of each triangle's own samples, or of its
+/// material's if it has none, scaled to the area of the material.
+std::vector<double> triangle_areas(const RayScene& scene, std::span<const double> material_m2,
+                                   std::span<const int> sampled, std::span<const int> counted) {
+    std::vector<double> area_m2(scene.triangle_count());
+    std::vector<double> sum_m2(material_m2.size());
+    std::vector<double> own_m2(material_m2.size());
+    const auto own = [&](std::uint32_t t) {
+        return double{scene.triangle(t).area_m2()} - scene.coplanar_faces().covered_m2(t);
+    };
+    for (std::uint32_t t = 0; t < area_m2.size(); ++t) own_m2[scene.triangle(t).material] += own(t);
+    for (std::uint32_t t = 0; t < area_m2.size(); ++t) {
+        const std::uint32_t m = scene.triangle(t).material;
+        if (!(own_m2[m] > 0)) continue;
+        area_m2[t] = own(t) * (sampled[t] > 0 ? double{counted[t]} / sampled[t]
+                                              : material_m2[m] / own_m2[m]);
+        sum_m2[m] += area_m2[t];
+    }
+    for (std::uint32_t t = 0; t < area_m2.size(); ++t) {
+        const std::uint32_t m = scene.triangle(t).material;
+        if (sum_m2[m] > 0) area_m2[t] *= material_m2[m] / sum_m2[m];
+    }
+    return area_m2;
+}
+
 }  // namespace
 
 RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed) {
@@ -321,6 +346,8 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
     RandomStream random(derive_seed(seed, 1));
     std::vector<int> sampled(all_m2.size());
     std::vector<int> counted(all_m2.size());
+    std::vector<int> sampled_of_triangles(scene.triangle_count());
+    std::vector<int> counted_of_triangles(scene.triangle_count());
     int open = 0;
     int closed = 0;
     double length_m = 0;
@@ -328,6 +355,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
         const RayScene::Triangle& triangle = scene.triangle(sample.triangle);
         if (scene.heard_at(sample.triangle, sample.point) != sample.triangle) continue;
         ++sampled[triangle.material];
+        ++sampled_of_triangles[sample.triangle];
         for (const float side : {1.0F, -1.0F}) {
             const Vec3 normal = side * triangle.normal;
             // Coincident faces count once: only the face that rays hit.
@@ -356,6 +384,7 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
             }
             if (!is_in_room) continue;
             ++counted[triangle.material];
+            ++counted_of_triangles[sample.triangle];
             open += escaped;
             closed += kRaysPerSample - escaped;
             for (const Hit& hit : std::span(hits).subspan(1)) {
@@ -368,6 +397,8 @@ RoomGeometry measure_room(const RayScene& scene, std::span<const Vec3> inside, s
         if (sampled[m] > 0) room.area_m2[m] = all_m2[m] * counted[m] / sampled[m];
         room.surface_m2 += room.area_m2[m];
     }
+    room.triangle_area_m2 =
+        triangle_areas(scene, room.area_m2, sampled_of_triangles, counted_of_triangles);
     room.open_share = static_cast<double>(open) / (open + closed);
     if (closed > 0) room.field.mean_free_path_m = length_m / closed;
     for (std::size_t b = 0; b < kBandCount; ++b) {

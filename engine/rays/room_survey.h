@@ -57,8 +57,9 @@ RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std:
 /// enclosed volume.
 struct RoomGeometry {
     std::vector<double> area_m2;  ///< [material] reached by sound, both sides of a free panel
-    double surface_m2 = 0;        ///< sum of area_m2
-    double open_share = 0;        ///< share of openings in the room's surface
+    std::vector<double> triangle_area_m2;  ///< [triangle] the same, less exact
+    double surface_m2 = 0;                 ///< sum of area_m2
+    double open_share = 0;                 ///< share of openings in the room's surface
     /// Openings count as a surface with absorption 1; the mean free path is 4 V / S of the room.
     RoomSurvey field;
     std::optional<double> volume_m3;  ///< empty if too much is open

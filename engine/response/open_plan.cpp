@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
 #include <vector>
 
 namespace aula {
@@ -12,8 +15,25 @@ namespace {
 /// IEC 61672-1, table 3, 63 Hz to 8 kHz.
 constexpr std::array<double, kBandCount> kAWeights_db{-26.2, -16.1, -8.6, -3.2, 0, 1.2, 1, -1.1};
 
-bool counts(const SpeechAtReceiver& receiver) {
-    return receiver.distance_m >= kOpenPlanFrom_m && receiver.distance_m <= kOpenPlanTo_m;
+/// The receivers at distances that count, in the direction in which most of them are.
+std::vector<std::size_t> longest_line(std::span<const SpeechAtReceiver> receivers) {
+    const auto counts = [&](std::size_t i) {
+        const double distance_m = receivers[i].distance_m();
+        return distance_m >= kOpenPlanFrom_m && distance_m <= kOpenPlanTo_m;
+    };
+    const double least_cosine = std::cos(kOpenPlanAngle_deg * std::numbers::pi / 180);
+    std::vector<std::size_t> longest;
+    for (std::size_t middle = 0; middle < receivers.size(); ++middle) {
+        if (!counts(middle)) continue;
+        const Vec3 direction = glm::normalize(receivers[middle].from_talker_m);
+        std::vector<std::size_t> line;
+        for (std::size_t i = 0; i < receivers.size(); ++i)
+            if (counts(i) && double{glm::dot(glm::normalize(receivers[i].from_talker_m),
+                                             direction)} >= least_cosine)
+                line.push_back(i);
+        if (line.size() > longest.size()) longest = std::move(line);
+    }
+    return longest;
 }
 
 struct Line {
@@ -27,8 +47,8 @@ struct Line {
     }
 };
 
-/// The least-squares line through points (x, y); empty if all x are equal.
-std::optional<Line> line_through(const std::vector<std::array<double, 2>>& points) {
+/// The least-squares line through points (x, y) that differ in x.
+Line line_through(const std::vector<std::array<double, 2>>& points) {
     const auto count = static_cast<double>(points.size());
     double mean_x = 0;
     double mean_y = 0;
@@ -42,8 +62,6 @@ std::optional<Line> line_through(const std::vector<std::array<double, 2>>& point
         covariance += (x - mean_x) * (y - mean_y);
         variance += (x - mean_x) * (x - mean_x);
     }
-    // Distances that differ by less than rounding are equal.
-    if (!(variance > 1e-9 * count)) return std::nullopt;
     const double slope = covariance / variance;
     return Line{mean_y - slope * mean_x, slope};
 }
@@ -57,33 +75,35 @@ double a_weighted_db(const Bands& levels_db) {
     return 10 * std::log10(power);
 }
 
-std::size_t open_plan_receivers(std::span<const SpeechAtReceiver> receivers) {
-    return static_cast<std::size_t>(std::count_if(receivers.begin(), receivers.end(), counts));
-}
-
 std::optional<OpenPlanParameters> open_plan_parameters(
     std::span<const SpeechAtReceiver> receivers) {
+    std::vector<std::size_t> on_line = longest_line(receivers);
+    if (on_line.size() < kOpenPlanReceivers) return std::nullopt;
     std::vector<std::array<double, 2>> levels;   // over log2 of the distance
     std::vector<std::array<double, 2>> indices;  // over the distance
-    for (const SpeechAtReceiver& receiver : receivers) {
-        if (!counts(receiver)) continue;
-        levels.push_back({std::log2(receiver.distance_m), receiver.level_dba});
-        if (receiver.sti) indices.push_back({receiver.distance_m, *receiver.sti});
+    double nearest_m = std::numeric_limits<double>::infinity();
+    double farthest_m = 0;
+    for (const std::size_t i : on_line) {
+        const SpeechAtReceiver& receiver = receivers[i];
+        const double distance_m = receiver.distance_m();
+        nearest_m = std::min(nearest_m, distance_m);
+        farthest_m = std::max(farthest_m, distance_m);
+        levels.push_back({std::log2(distance_m), receiver.level_dba});
+        if (receiver.sti) indices.push_back({distance_m, *receiver.sti});
     }
-    if (levels.size() < kOpenPlanReceivers) return std::nullopt;
-    const std::optional<Line> level = line_through(levels);
-    if (!level) return std::nullopt;
-    OpenPlanParameters parameters{.d2s_db = -level->slope,
-                                  .lp_as_4m_dba = level->offset + level->slope * std::log2(4.0),
+    if (farthest_m < kOpenPlanRatio * nearest_m) return std::nullopt;
+    const Line level = line_through(levels);
+    OpenPlanParameters parameters{.d2s_db = -level.slope,
+                                  .lp_as_4m_dba = level.offset + level.slope * std::log2(4.0),
                                   .rd_m = {},
-                                  .rp_m = {}};
-    const std::optional<Line> index =
-        indices.size() == levels.size() ? line_through(indices) : std::nullopt;
-    if (!index) return parameters;
+                                  .rp_m = {},
+                                  .line = std::move(on_line)};
+    if (indices.size() < levels.size()) return parameters;
+    const Line index = line_through(indices);
     constexpr double kDistraction = 0.5;
     constexpr double kPrivacy = 0.2;
-    parameters.rd_m = index->falls_to(kDistraction);
-    parameters.rp_m = index->falls_to(kPrivacy);
+    parameters.rd_m = index.falls_to(kDistraction);
+    parameters.rp_m = index.falls_to(kPrivacy);
     return parameters;
 }
 

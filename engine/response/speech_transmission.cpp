@@ -121,6 +121,12 @@ std::string_view speech_rating(double index) {
     return index < 0.75 ? "good" : "excellent";
 }
 
+std::string speech_name(double index, double margin, std::string_view (*name_of)(double)) {
+    const std::string lowest(name_of(index - margin));
+    const std::string highest(name_of(index + margin));
+    return lowest == highest ? lowest : lowest + " to " + highest;
+}
+
 Bands received_db(const EnergyResponse& response, const Bands& source_db) {
     Bands levels_db = source_db;
     for (std::size_t b = 0; b < kBandCount; ++b)

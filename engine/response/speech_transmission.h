@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "aula/engine/energy_response.h"
@@ -50,6 +51,13 @@ std::string_view speech_class(double index);
 /// The rating of a speech transmission index (ISO 9921, annex F): "bad", "poor", "fair", "good" or
 /// "excellent".
 std::string_view speech_rating(double index);
+
+/// Half of the last digit of an index with two decimals.
+inline constexpr double kSpeechIndexRounding = 0.005;
+
+/// What `name_of`, speech_class or speech_rating, gives of all indices within `margin` of one, such
+/// as "fair" or "poor to fair".
+std::string speech_name(double index, double margin, std::string_view (*name_of)(double));
 
 /// The speech transmission index by IEC 60268-16:2011, 0..1, male weights, with auditory masking
 /// and the reception threshold. `speech_db` are sound pressure levels at 1 m in free field, of an

@@ -28,6 +28,9 @@ TEST_CASE("Values are averaged over positions with the deviation of the sample")
     CHECK_FALSE(average.deviation.broadband[kT30].value);
     CHECK(*average.mean.sti.value == Approx(0.5));
     CHECK_FALSE(average.mean.octaves[kT30][3].value);
+    CHECK(average.counts.octaves[kT30][4].value == 2.0);
+    CHECK(average.counts.sti.value == 1.0);
+    CHECK_FALSE(average.counts.octaves[kT30][3].value);
     CHECK(average_over_positions({}).positions == 0);
 }
 

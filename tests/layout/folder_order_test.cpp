@@ -31,7 +31,7 @@ const std::array kParts = {
          {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
          {"engine", "audio", "process"}},
     Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
-    Part{"apps/documents", {""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/documents", {"", "report"}, {"apps/session", "engine", "audio"}},
     Part{"apps/window",
          {"view", "model", "gl", ""},
          {"apps/documents", "apps/session", "engine", "audio"}},

@@ -8,7 +8,7 @@
 
 #include "apps/aula/arguments/dataset_arguments.h"
 #include "apps/documents/document_measurement.h"
-#include "apps/documents/room_report.h"
+#include "apps/documents/report/room_report.h"
 #include "apps/session/base/session_options.h"
 #include "apps/session/remote/osc_options.h"
 #include "aula/engine/scene.h"

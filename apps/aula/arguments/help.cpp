@@ -49,8 +49,8 @@ modes (--ir, --echogram and --report may be combined)
   --frames N             measure over N frames (default: until the standard errors of level, C80,
                          T30, EDT are 0.05 dB, 0.1 dB, 1 %, 1 % in each octave, at most 2000, and
                          as far as --quality allows)
-  --speech-level DB      of the speech transmission index: dB(A) of male speech at 1 m, or 8
-                         octave levels a,b,.. [the scene's, else 60]
+  --speech-level DB      of the speech transmission index: dB(A) of male speech at 1 m on the
+                         axis of a source, or 8 octave levels a,b,.. [the scene's, else 60]
   --noise-level DB       noise at the listener: one level for each octave, or 8 [the scene's]
   --bin-ms MS            width of the echogram's bins in milliseconds [1]
   --list-devices         list the output devices

@@ -103,8 +103,8 @@ def measure(room: Scene, *, sources: Positions | None = None,
         from 125 Hz to 4 kHz; a warning names larger errors.
     seed, rays, length_s: seed of all random numbers, rays per source and frame, length of the
         responses in s; default: the settings of the room (`Scene.simulation`).
-    speech_level_db, noise_level_db: levels for STI in dB re 20 uPa. Speech of an omnidirectional
-        source at 1 m: one level of male speech in dB(A), or 8 octave levels. Noise at the
+    speech_level_db, noise_level_db: levels for STI in dB re 20 uPa. Speech at 1 m on the axis
+        of a source: one level of male speech in dB(A), or 8 octave levels. Noise at the
         microphones: one level for every octave band, or 8. Default: those of the scene file, else
         60 dB(A) without noise.
     interaural: True computes IACC_E and IACC_L, which takes a binaural response of each pair.

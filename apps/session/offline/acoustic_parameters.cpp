@@ -129,6 +129,13 @@ Vec3 lateral_axis(const Pose& receiver, const Vec3& source) {
     return receiver.rotation()[1];
 }
 
+SpeechConditions with_power_of(SpeechConditions speech, const Directivity& directivity) {
+    const Bands on_axis_db = directivity.on_axis_db();
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        if (std::isfinite(on_axis_db[b])) speech.speech_db[b] -= on_axis_db[b];
+    return speech;
+}
+
 PairParameters acoustic_parameters(const RoomParameters& bands, const std::optional<double>& sti) {
     const MeasuredValues values = values_of(bands, {}, sti);
     return sorted(values, MeasuredValues(values.size()));

@@ -12,12 +12,16 @@ namespace aula {
 /// What parameters of a pair depend on besides the response.
 struct ParameterContext {
     Vec3 lateral_axis{0, 1, 0};  ///< unit vector
-    SpeechConditions speech;
+    SpeechConditions speech;     ///< with the level of an omnidirectional source of the same power
 };
 
 /// The horizontal axis perpendicular to the direction from a receiver to a source; the receiver's
 /// left if the source is above or below it.
 Vec3 lateral_axis(const Pose& receiver, const Vec3& source);
+
+/// The same conditions with the speech of an omnidirectional source that has the power of one with
+/// a directivity. An octave without sound on axis has the level as the mean over directions.
+SpeechConditions with_power_of(SpeechConditions speech, const Directivity& directivity);
 
 /// The parameters of octaves and a speech transmission index, without lateral ones, with the single
 /// numbers, without standard errors.

@@ -70,10 +70,9 @@ std::string analysis_table(const ResponseAnalysis& analysis) {
     const std::optional<double>& sti = analysis.parameters.sti.value;
     table += '\n' + table_cell("STI") + table_cell(sti, 2);
     if (sti) {
-        table += "  class ";
-        table += speech_class(*sti);
-        table += ", ";
-        table += speech_rating(*sti);
+        // By the decimals that are shown.
+        table += "  class " + speech_name(*sti, kSpeechIndexRounding, speech_class) + ", " +
+                 speech_name(*sti, kSpeechIndexRounding, speech_rating);
     }
     table += '\n';
     if (!analysis.third_octaves.empty()) table += '\n' + third_octave_table(analysis);

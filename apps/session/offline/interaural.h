@@ -42,6 +42,10 @@ class InterauralAnalysis {
     std::array<std::vector<float>, kBandCount> power_;  ///< [band][bin] of the octave filters
 };
 
+/// Computation time of the interaural coefficients of pairs with responses of `length_s`, in s, as
+/// counted from that; see counted_s().
+double interaural_work_s(std::size_t pairs, double length_s);
+
 /// Adds the interaural coefficients of all audible pairs to the parameters of a measurement. The
 /// head, MIT KEMAR, is at the receiver and faces the source in the horizontal plane. Values are
 /// means over several noises of the reverberation, whose spread gives the standard errors.

@@ -176,9 +176,10 @@ std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans&
     workers.run(parameters.size(), [&](std::size_t pair) {
         if (!m.audible[pair]) return;
         const Pose& receiver = m.receivers[pair % m.receivers.size()];
-        const Vec3 source = m.sources[pair / m.receivers.size()].position_at(0);
+        const Source& source = m.sources[pair / m.receivers.size()];
         parameters[pair] =
-            acoustic_parameters(means[pair], {lateral_axis(receiver, source), speech});
+            acoustic_parameters(means[pair], {lateral_axis(receiver, source.position_at(0)),
+                                              with_power_of(speech, source.directivity)});
     });
     return parameters;
 }
@@ -252,10 +253,19 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     const int window = options.frames
                            ? max_frames
                            : std::min(window_frames(scene.simulation, max_frames), max_frames);
+    const double interaural_s = options.interaural
+                                    ? interaural_work_s(scene.sources.size() * receivers.size(),
+                                                        propagation.response_length_s())
+                                    : 0;
+    // The frames have at least half of the budget, which many pairs thus exceed.
+    const double frames_s = std::max(options.max_work_s - interaural_s, options.max_work_s / 2);
     const auto continues = [&](int done) {
         const double of_frames = static_cast<double>(done) / max_frames;
-        const double of_time = options.frames ? 0 : propagation.work_s() / options.max_work_s;
-        return !options.progress || options.progress(std::min(1.0, std::max(of_frames, of_time)));
+        const double of_time = options.frames ? 0 : propagation.work_s() / frames_s;
+        const double share = std::min(1.0, std::max(of_frames, of_time));
+        const double all_frames_s = propagation.work_s() / share;
+        return !options.progress ||
+               options.progress(propagation.work_s() / (all_frames_s + interaural_s));
     };
     PairMeans means(scene.sources.size() * receivers.size());
     std::vector<char> connected;
@@ -275,7 +285,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         }
         if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
         at_end_of_budget =
-            !options.frames && means.windows() >= 2 && propagation.work_s() >= options.max_work_s;
+            !options.frames && means.windows() >= 2 && propagation.work_s() >= frames_s;
         if (at_end_of_budget) break;
         if (means.windows() < next_check) continue;
         next_check =
@@ -311,7 +321,13 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         m.parameters = parameters_of(m, means, scene.speech);
         find_missing_decays(m);
     }
-    if (options.interaural && !add_interaural_parameters(m, options.progress)) return std::nullopt;
+    const auto continues_after_frames = [&](double done) {
+        const double all_s = propagation.work_s() + interaural_s;
+        return !options.progress ||
+               options.progress((propagation.work_s() + done * interaural_s) / all_s);
+    };
+    if (options.interaural && !add_interaural_parameters(m, continues_after_frames))
+        return std::nullopt;
     return m;
 }
 

@@ -182,3 +182,11 @@ TEST_CASE("an index has the class and the rating of its range") {
     CHECK(of(0.76) == "A+ excellent");
     CHECK(of(1) == "A+ excellent");
 }
+
+TEST_CASE("an index near a limit has the names of both sides") {
+    CHECK(speech_name(0.449, kSpeechIndexRounding, speech_rating) == "poor to fair");
+    CHECK(speech_name(0.451, kSpeechIndexRounding, speech_rating) == "poor to fair");
+    CHECK(speech_name(0.456, kSpeechIndexRounding, speech_rating) == "fair");
+    CHECK(speech_name(0.5, 0.05, speech_class) == "H to F");
+    CHECK(speech_name(0.999, 0.01, speech_class) == "A+");
+}

@@ -172,3 +172,28 @@ TEST_CASE("a stop is seen between the interaural coefficients of receivers") {
     CHECK(shares[1] == Approx(2.0 / 9));
     CHECK(shares[2] == Approx(4.0 / 9));
 }
+
+TEST_CASE("interaural coefficients are part of the budget, and of the progress") {
+    Scene scene = test::small_room();
+    scene.simulation.rays = 100;
+    std::vector<double> shares;
+    const auto frames_of = [&](bool interaural) {
+        shares.clear();
+        const auto m = measure(scene, {.limits = {.level_db = 1e-6},
+                                       .max_work_s = 0.3,
+                                       .interaural = interaural,
+                                       .progress = [&](double done) {
+                                           shares.push_back(done);
+                                           return true;
+                                       }});
+        CHECK(std::is_sorted(shares.begin(), shares.end()));
+        CHECK(shares.back() == Approx(1));
+        return m->frames;
+    };
+    const int alone = frames_of(false);
+    const int with_coefficients = frames_of(true);
+    CAPTURE(alone, with_coefficients);
+    // They take a third of the budget, of windows of 8 frames.
+    CHECK(with_coefficients < 0.9 * alone);
+    CHECK(with_coefficients > 0.5 * alone - 8);
+}

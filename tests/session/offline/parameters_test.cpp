@@ -78,6 +78,29 @@ TEST_CASE("the axis of the figure of eight is horizontal and perpendicular to th
     CHECK(left.y == Approx(std::cos(0.3)));
 }
 
+TEST_CASE("the level of speech is that on the axis of a source") {
+    const Directivity talker = *Directivity::find("talker");
+    const SpeechConditions speech{.speech_db = SpeechConditions::male_speech_db(60)};
+    const Bands omnidirectional_db = with_power_of(speech, talker).speech_db;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        CHECK(omnidirectional_db[b] + talker.on_axis_db()[b] == Approx(speech.speech_db[b]));
+    CHECK(omnidirectional_db[4] < speech.speech_db[4] - 1);
+    CHECK(with_power_of(speech, {}) == speech);
+    // Nothing goes to the front: the level is the mean over directions.
+    std::vector<Bands> back(3 * 4, Bands{});
+    back[4 + 2] = Bands::filled(1);
+    CHECK(with_power_of(speech, Directivity::table(3, 4, back)) == speech);
+    // In the open a talker has the same index in front as an omnidirectional source.
+    Scene scene = test::free_field({0, 0, 0});
+    scene.listener.pose.position = {1, 0, 0};
+    scene.speech.noise_db = Bands::filled(50);
+    const double expected = *measure(scene, {.frames = 1})->parameters[0].sti.value;
+    scene.sources[0].directivity = talker;
+    CHECK(*measure(scene, {.frames = 1})->parameters[0].sti.value == Approx(expected).margin(1e-4));
+    scene.sources[0].yaw_rad = 3.14F;
+    CHECK(*measure(scene, {.frames = 1})->parameters[0].sti.value < expected - 0.05);
+}
+
 TEST_CASE("noise lowers STI and nothing else, and every parameter has a standard error") {
     Scene scene = test::small_room();
     scene.simulation.rays = 100;

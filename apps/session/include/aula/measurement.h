@@ -93,8 +93,8 @@ struct MeasurementOptions {
     MeasurementLimits limits{};  ///< each above 0; not used with `frames`
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
     /// Computation time of one processor in s, as counted from the work (docs/performance.md),
-    /// after which no further window begins, above 0; not used with `frames`. At least two windows
-    /// are measured, so that standard errors are known.
+    /// of which interaural coefficients take at most half, and after which no further window
+    /// begins, above 0; not used with `frames`. At least two windows are measured.
     double max_work_s = std::numeric_limits<double>::infinity();
     bool parameters = true;  ///< false omits Measurement::parameters
     /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
@@ -102,8 +102,8 @@ struct MeasurementOptions {
     /// reverberation, not of the energy response. Otherwise they are empty.
     bool interaural = false;
     std::vector<std::string> receiver_names{};  ///< of warnings_of(); empty: their numbers
-    /// Called with the completed share, 0..1, of the frames and then of the interaural
-    /// coefficients; returns false to stop. Empty: none.
+    /// Called with the completed share of the computation, 0..1; returns false to stop. Empty:
+    /// none.
     std::function<bool(double done)> progress{};
 };
 

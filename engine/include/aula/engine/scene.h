@@ -207,8 +207,8 @@ struct SpeechConditions {
         return kRelative_db + Bands::filled(level_dba);
     }
 
-    /// Speech at 1 m in free field, of an omnidirectional source with the power of the talker. The
-    /// default is normal effort.
+    /// Speech at 1 m in free field on the axis of each source, as IEC 60268-16 has it at the mouth.
+    /// The default is normal effort.
     Bands speech_db = male_speech_db(60);
     std::optional<Bands> noise_db{};  ///< at the receivers; absent: no noise
 

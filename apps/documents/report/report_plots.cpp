@@ -1,4 +1,4 @@
-#include "apps/documents/report_plots.h"
+#include "apps/documents/report/report_plots.h"
 
 #include <algorithm>
 #include <array>

@@ -11,9 +11,9 @@
 
 namespace aula {
 
-/// The first lines of a report, as given; empty ones are left out.
+/// The title and the first lines of a report, as given; empty ones are left out.
 struct ReportHead {
-    std::string project;
+    std::string project;  ///< the title; empty: the name of the scene
     std::string client;
     std::string author;
     std::string date;
@@ -24,37 +24,40 @@ struct LayerMaterial {
     std::string file;
     std::string layer;
     std::string material;
+    double area_m2 = 0;  ///< that sound reaches
 };
 
 /// What a report of a room's measurement contains.
 struct RoomReport {
     ReportHead head{};
-    std::string title;                   ///< name of the scene
+    std::string scene_name;
     std::string program;                 ///< name and version
     std::string scene_hash;              ///< of all that affects results
     const Scene& scene;                  ///< as measured
     const Measurement& measurement;      ///< with parameters
     std::vector<std::string> receivers;  ///< [receiver] names
-    bool frames_given = false;           ///< so that standard errors are unknown
+    std::vector<char> in_room;  ///< [pair] 0 if the source or the receiver is outside the room
+    bool frames_given = false;  ///< so that standard errors are unknown
     RoomGeometry room;
     FloorPlan plan;
     float plan_height_m = 0;                                ///< z of the plan
     std::map<std::string, std::string> material_sources{};  ///< by name, as the scene says
     std::vector<LayerMaterial> layers{};                    ///< of the scene's mesh files
     std::vector<std::string> guesses{};                     ///< what a model did not say
+    std::vector<std::string> remarks{};                     ///< besides those of the measurement
     std::vector<MeasuredResponse> measured{};               ///< to compare with the simulation
 };
 
 /// The report as one HTML file with inline SVG, without scripts or other files: single numbers of
-/// all pairs, their mean and standard deviation over positions, a plan, conditions, materials with
-/// the sources of their coefficients, and for each pair a table of octaves with standard errors,
-/// decay curves and an echogram. Octaves below the Schroeder frequency are marked. The same input
-/// gives the same bytes.
+/// all pairs, their mean and standard deviation over positions, Sabine's and Eyring's times, a
+/// plan, conditions, materials with the sources of their coefficients, and for each pair a table of
+/// octaves with standard errors, decay curves and an echogram. Octaves below the Schroeder
+/// frequency are marked. The same input gives the same bytes.
 std::string report_html(const RoomReport& report);
 
 /// The same values as JSON: {"sources":[..],"receivers":[..],"pairs":[{"source":..,"receiver":..,
 /// "bands":{..},"broadband":{..},"STI":..,"standard_errors":{..}}],"positions":{"count":..,
-/// "mean":{..},"standard_deviation":{..}},"schroeder_frequency_hz":..}.
+/// "mean":{..},"standard_deviation":{..},"counts":{..}},"schroeder_frequency_hz":..}.
 std::string room_report_json(const RoomReport& report);
 
 }  // namespace aula
