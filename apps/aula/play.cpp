@@ -175,7 +175,7 @@ int play_in_terminal(const Arguments& arguments) {
                          printable_line(player.device().name).c_str(),
                          walks ? kKeysText : "q or Ctrl-C: quit");
         DeviceReporter device_reporter(player);
-        ReductionReporter reductions;
+        ReductionReporter reductions("--rays and --ir-length set them");
         Walker walker(scene.listener.pose_at(0));
         Clock::time_point walked = Clock::now();
         Clock::time_point next_status = walked;

@@ -34,15 +34,18 @@ GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room,
 
 GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
                        const PluginOutput& output, std::shared_ptr<const ControlSnapshot> controls,
-                       std::function<void()> leave)
-    : GroupVoice(room, dimensions(*room, hrtf, output), std::move(controls), std::move(leave)) {}
+                       std::function<void()> leave, ReportRays report)
+    : GroupVoice(room, dimensions(*room, hrtf, output), std::move(controls), std::move(leave),
+                 std::move(report)) {}
 
 GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimensions,
-                       std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave)
+                       std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave,
+                       ReportRays report)
     : room_(std::move(room)),
       places_(room_->scene()),
       controls_(std::move(controls)),
       leave_(std::move(leave)),
+      report_(std::move(report)),
       speed_of_sound_m_s_(static_cast<double>(room_->scene().medium.speed_of_sound_m_s())),
       rate_hz_(dimensions.config.sample_rate_hz),
       values_(controls_->read()),

@@ -22,10 +22,11 @@ namespace aula::plugin {
 class GroupVoice final : public PluginRoom {
  public:
     /// The frames follow `controls`. `leave` is called once, on the propagation thread, when the
-    /// instance has to leave for another room. Waits until a frame is heard. Throws InputError.
+    /// instance has to leave for another room; `report` like that of OwnRoom. Waits until a frame
+    /// is heard. Throws InputError.
     GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
                const PluginOutput& output, std::shared_ptr<const ControlSnapshot> controls,
-               std::function<void()> leave);
+               std::function<void()> leave, ReportRays report);
     ~GroupVoice() override;
 
     void render(const float* input, std::span<float* const> outputs, int samples) override;
@@ -42,6 +43,7 @@ class GroupVoice final : public PluginRoom {
     void publish();
     bool is_heard() const { return heard_; }
     void leave();
+    void report_rays(int rays, int wanted) const { report_(rays, wanted); }
 
     /// Successive frames in which the listener was not in the place of the room.
     int frames_elsewhere = 0;
@@ -52,7 +54,8 @@ class GroupVoice final : public PluginRoom {
         std::shared_ptr<const Hrtf> hrtf;
     };
     GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimensions,
-               std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave);
+               std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave,
+               ReportRays report);
     static Dimensions dimensions(const SharedRoom& room, const std::filesystem::path& hrtf,
                                  const PluginOutput& output);
 
@@ -60,6 +63,7 @@ class GroupVoice final : public PluginRoom {
     const SceneControls places_;
     const std::shared_ptr<const ControlSnapshot> controls_;
     const std::function<void()> leave_;
+    const ReportRays report_;
     const double speed_of_sound_m_s_;
     const double rate_hz_;
 

@@ -45,7 +45,8 @@ float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1
 
 AuralizerOptions auralizer_options(const Scene& scene, const std::filesystem::path& hrtf,
                                    const PluginOutput& output, RenderClock clock,
-                                   std::shared_ptr<const ControlSnapshot> controls) {
+                                   std::shared_ptr<const ControlSnapshot> controls,
+                                   const ReportRays& report) {
     AuralizerOptions options{.clock = clock,
                              .sample_rate_hz = output.sample_rate_hz,
                              .block = output.block,
@@ -54,9 +55,14 @@ AuralizerOptions auralizer_options(const Scene& scene, const std::filesystem::pa
                              .hrtf = hrtf,
                              .max_sources = 1};
     if (clock == RenderClock::real_time)
-        options.before_frame = [follower = ControlFollower(scene), controls = std::move(controls)](
-                                   Auralizer& auralizer, double /*time_s*/) mutable {
-            follower.follow(auralizer, controls->read());
+        options.before_frame = [follower = ControlFollower(scene), load = RayLoad(report),
+                                controls = std::move(controls)](Auralizer& auralizer,
+                                                                double /*time_s*/) mutable {
+            const ControlValues values = controls->read();
+            follower.follow(auralizer, values);
+            const AuralizerStatus status = auralizer.status();
+            auralizer.set_rays(load.next(follower.rays(values), status.frame_ms / 1000,
+                                         status.frame_period_ms / 1000));
         };
     return options;
 }
@@ -146,10 +152,11 @@ void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) 
 }
 
 OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
-                 RenderClock clock, std::shared_ptr<const ControlSnapshot> controls)
+                 RenderClock clock, std::shared_ptr<const ControlSnapshot> controls,
+                 const ReportRays& report)
     : follower_(scene),
       auralizer_(instance_scene(scene, clock),
-                 auralizer_options(scene, hrtf, output, clock, std::move(controls))) {}
+                 auralizer_options(scene, hrtf, output, clock, std::move(controls), report)) {}
 
 void OwnRoom::wait_for_frame() const {
     using namespace std::chrono_literals;

@@ -10,6 +10,7 @@
 
 #include "apps/plugin/control_snapshot.h"
 #include "apps/plugin/ports.h"
+#include "apps/session/frames/ray_load.h"
 #include "aula/auralizer.h"
 
 namespace aula::plugin {
@@ -65,6 +66,8 @@ class ControlFollower {
     /// The changes take effect as soon as possible.
     void follow(Auralizer& auralizer, const ControlValues& values);
 
+    int rays(const ControlValues& values) const { return controls_.rays(values); }
+
  private:
     SceneControls controls_;
     ControlValues applied_;
@@ -96,9 +99,11 @@ struct PluginOutput {
 class OwnRoom final : public PluginRoom {
  public:
     /// On the exact clock without latency; set_controls() sets the controls. On the real-time clock
-    /// the frames follow `controls`. Throws InputError.
+    /// the frames follow `controls`, with as many rays as are computed in time; `report` is called
+    /// on the propagation thread. Throws InputError.
     OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
-            RenderClock clock, std::shared_ptr<const ControlSnapshot> controls);
+            RenderClock clock, std::shared_ptr<const ControlSnapshot> controls,
+            const ReportRays& report = {});
 
     /// On the exact clock: the values from the next sample on.
     void set_controls(const ControlValues& values) { follower_.follow(auralizer_, values); }

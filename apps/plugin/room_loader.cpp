@@ -75,6 +75,12 @@ void RoomLoader::count_muted(std::size_t samples) noexcept {
     if (muted_samples_.fetch_add(static_cast<std::int64_t>(samples)) == 0) request_replies();
 }
 
+void RoomLoader::report_rays(int rays, int wanted) noexcept {
+    rays_ = rays;
+    wanted_rays_ = wanted;
+    request_replies();
+}
+
 void RoomLoader::give_back(PluginRoom* room) noexcept {
     rooms_.give_back(room);
     task_.wake();
@@ -161,17 +167,21 @@ void RoomLoader::build_exact() {
 /// A room on the real-time clock: its own, or that of a group.
 std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     const ControlValues values = controls_->read();
+    const ReportRays report = [this](int rays, int wanted) { report_rays(rays, wanted); };
+    rays_ = 0;
+    wanted_rays_ = 0;
     const auto group = static_cast<int>(std::lround(value_of(values, Control::room_group)));
     if (group == 0) {
         auto room = std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_,
-                                              RenderClock::real_time, controls_);
+                                              RenderClock::real_time, controls_, report);
         room->wait_for_frame();
         return room;
     }
     auto shared =
         SharedRoom::join({readable, group}, values, [&] { return plugin_scene(readable); });
-    return std::make_unique<GroupVoice>(std::move(shared), readable.hrtf, output_, controls_,
-                                        [this] { request_another(); });
+    return std::make_unique<GroupVoice>(
+        std::move(shared), readable.hrtf, output_, controls_, [this] { request_another(); },
+        report);
 }
 
 /// The room of the present files, or as much of it as can be built; null if nothing can.
@@ -208,8 +218,12 @@ void RoomLoader::reply_all() {
     replies_.push(Property::scene, files_.scene.string());
     replies_.push(Property::hrtf, files_.hrtf.string());
     std::string status = status_;
-    if (const std::int64_t muted = muted_samples_; muted > 0)
-        status += (status.empty() ? "" : "; ") + muted_text(muted);
+    const auto add = [&](const std::string& text) {
+        status += (status.empty() ? "" : "; ") + text;
+    };
+    if (const std::int64_t muted = muted_samples_; muted > 0) add(muted_text(muted));
+    if (const int rays = rays_, wanted = wanted_rays_; rays < wanted)
+        add(formatted("this machine keeps up with %d of %d rays", rays, wanted));
     replies_.push(Property::status, status);
 }
 

@@ -54,6 +54,10 @@ class RoomLoader {
     /// wait-free]
     void count_muted(std::size_t samples) noexcept AULA_NONBLOCKING;
 
+    /// The status has the rays of the room in real time while they are fewer than `wanted`. [any
+    /// thread, wait-free]
+    void report_rays(int rays, int wanted) noexcept;
+
     /// A new room on the real-time clock, or null. [audio thread, wait-free]
     PluginRoom* take() noexcept AULA_NONBLOCKING { return rooms_.take(); }
     void give_back(PluginRoom* room) noexcept AULA_NONBLOCKING;
@@ -88,6 +92,8 @@ class RoomLoader {
     std::atomic<bool> wants_open_ = false;
     std::atomic<bool> wants_another_ = false;
     std::atomic<std::int64_t> muted_samples_ = 0;
+    std::atomic<int> rays_ = 0;
+    std::atomic<int> wanted_rays_ = 0;
     std::atomic<OwnRoom*> discarded_ = nullptr;
     Mailbox<PluginRoom> rooms_{2};
 

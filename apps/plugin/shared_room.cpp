@@ -139,7 +139,13 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
 }
 
 SharedRoom::SharedRoom(const GroupKey& key, Scene scene, const Vec3& place)
-    : key_(key), scene_(std::move(scene)), entry_(std::make_shared<Entry>()), place_(place) {
+    : key_(key),
+      scene_(std::move(scene)),
+      entry_(std::make_shared<Entry>()),
+      place_(place),
+      load_([this](int rays, int wanted) {
+          for (const GroupVoice* const voice : voices_) voice->report_rays(rays, wanted);
+      }) {
     entry_->place = place;
     for (const Object& object : scene_.objects) objects_.push_back(object.transform_at(0));
     // Built on the propagation thread, whose scheduling and rounding the threads of the propagation
@@ -224,7 +230,8 @@ void SharedRoom::run() {
             if (!wait_until(clock.begin())) return;
             const auto begin = Clock::now();
             compute();
-            clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
+            took_s_ = std::chrono::duration<double>(Clock::now() - begin).count();
+            clock.took(took_s_);
         }
     } catch (...) {
         {
@@ -256,6 +263,7 @@ void SharedRoom::compute() {
         input.source_rotations.push_back(source.rotation());
         rays = std::max(rays, voice->rays());
     }
+    rays = load_.next(rays, took_s_, 1 / double{scene_.simulation.frame_rate_hz});
     if (rays != rays_) propagation_->set_rays(rays);
     rays_ = rays;
     choose_place();

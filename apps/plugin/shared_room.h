@@ -15,6 +15,7 @@
 
 #include "apps/plugin/plugin_room.h"
 #include "apps/session/frames/frame_clock.h"
+#include "apps/session/frames/ray_load.h"
 #include "aula/engine/propagation.h"
 
 namespace aula::plugin {
@@ -117,6 +118,8 @@ class SharedRoom {
     std::vector<RigidTransform> objects_;
     Vec3 place_;
     int rays_ = 0;
+    RayLoad load_;
+    double took_s_ = 0;                      ///< to compute the last frame
     int still_frames_ = 0;                   ///< frames since the listener has moved
     FrameClock::Clock::time_point moved_{};  ///< when it has
     std::exception_ptr failure_;

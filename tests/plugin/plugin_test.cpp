@@ -230,6 +230,25 @@ TEST_CASE("A plugin that plays, alone or in a group, tells the host of samples t
     }
 }
 
+TEST_CASE("A plugin whose frames are late reduces its rays and tells the host, also in a group") {
+    const TemporaryFolder folder;
+    const std::string file = folder.write("rays.json", R"({"aula": 1,
+        "geometry": [{"box": [5, 4, 3], "material": "concrete"}],
+        "sources": [{"position": [1, 1, 1]}], "listener": {"position": [4, 3, 1.5]},
+        "simulation": {"rays": 50000, "ir_length_s": 0.5}})");
+    PluginHost own(OutputFormat::foa);
+    PluginHost member(OutputFormat::foa);
+    member.set(Control::room_group, 1);
+    for (PluginHost* const host : {&own, &member}) {
+        host->activate();
+        host->send_path(kScene, file);
+    }
+    for (PluginHost* const host : {&own, &member})
+        CHECK(run_until(*host, [&] {
+            return host->received(kStatus).find("of 50000 rays") != std::string::npos;
+        }));
+}
+
 TEST_CASE("A plugin plays another scene, tells the host, and saves and restores it") {
     const TemporaryFolder folder;
     const std::string file = folder.write("free.json", kFreeField);

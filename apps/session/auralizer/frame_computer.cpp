@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "apps/session/frames/ray_budget.h"
+
 namespace aula {
 
 FrameComputer::FrameComputer(const Scene& scene, const FrameSettings& settings,
@@ -43,6 +45,8 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     if (took_ms > status_.frame_period_ms) ++status_.late_frames;
     status_.frame_ms = took_ms;
     status_.frame_mean_ms = frame_sum_ms_ / static_cast<double>(status_.frames);
+    counted_sum_ms_ += 1000 * counted_s(maker_->statistics());
+    status_.counted_mean_ms = counted_sum_ms_ / static_cast<double>(status_.frames);
     status_.frame_worst_ms = std::max(status_.frame_worst_ms, took_ms);
     status_.rays = maker_->rays();
     status_.memory_bytes = maker_->statistics().memory_bytes;

@@ -89,6 +89,7 @@ class FrameComputer {
     std::vector<SourceVisibility> visibilities_;
     AuralizerStatus status_;
     double frame_sum_ms_ = 0;
+    double counted_sum_ms_ = 0;
     std::optional<std::chrono::steady_clock::time_point> handed_over_;
 };
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/session/base/formatted.h"
+
 namespace aula {
 
 namespace {
@@ -15,6 +17,9 @@ constexpr int kFewest = 100;
 // 250 ns in a mesh of 139,000 triangles.
 constexpr double kSegment_s = 170e-9;  ///< to trace a segment and to store what it deposits
 constexpr double kBin_s = 6e-9;        ///< to add a time bin of a patch in the final gather
+
+/// Of two processors in normal quality, half of one renders the sound of the frames.
+constexpr double kProcessors = 1.5;
 
 /// The time of a quality relative to that of Quality::normal.
 double share_of(Quality quality) {
@@ -37,9 +42,23 @@ double counted_s(const FrameStatistics& statistics) {
 }
 
 double allowed_s(Quality quality, double frame_period_s) {
-    // Of two processors in normal quality, half of one renders the sound of the frames.
-    constexpr double kProcessors = 1.5;
     return frame_period_s * kProcessors * share_of(quality);
+}
+
+std::string over_budget_text(const Simulation& simulation, std::size_t sources, int rays,
+                             double counted_frame_s) {
+    // The first frames of a rendering have more rays than the later ones.
+    constexpr double kClearly = 1.5;
+    const double period_s = 1 / double{simulation.frame_rate_hz};
+    if (simulation.rays || rays > kFewest ||
+        counted_frame_s < kClearly * allowed_s(simulation.quality, period_s))
+        return "";
+    return formatted(
+        "a second of sound takes about %.1f s of two processors with %zu %s and %d "
+        "rays, the fewest; fewer moving sources, a shorter --ir-length, "
+        "\"transmission\": false or a lower --frame-rate reduce it",
+        counted_frame_s / (kProcessors * period_s), sources, sources == 1 ? "source" : "sources",
+        kFewest);
 }
 
 int live_rays(const Simulation& simulation) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <string>
+
 #include "aula/engine/frame.h"
 #include "aula/engine/simulation.h"
 
@@ -19,6 +22,12 @@ double counted_s(const FrameStatistics& statistics);
 /// The counted time that a frame of exact rendering may take, in s: that of `quality` for one frame
 /// period. Infinite for Quality::fine.
 double allowed_s(Quality quality, double frame_period_s);
+
+/// A warning if the frames of exact rendering took clearly more counted time than the quality
+/// allows because none may have fewer rays; empty otherwise. `counted_frame_s`: their mean;
+/// `rays`: of the last one.
+std::string over_budget_text(const Simulation& simulation, std::size_t sources, int rays,
+                             double counted_frame_s);
 
 /// The rays that live playback begins with, and takes unless its frames are late: those of the
 /// scene. If it names none, Simulation::kRays, or with Quality::draft the share of them that its

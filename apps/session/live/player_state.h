@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/session/frames/live_load.h"
 #include "apps/session/live/change_preparer.h"
-#include "apps/session/live/live_load.h"
 #include "apps/session/live/live_mixer.h"
 #include "apps/session/live/player.h"
 #include "apps/session/live/prepared_scene.h"

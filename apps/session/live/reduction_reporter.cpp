@@ -13,11 +13,9 @@ bool shorter(const PlayStatus& s) {
     return s.response_length_s < s.full_response_length_s - kShorter_s;
 }
 
-}  // namespace
-
-std::string reduction_text(const PlayStatus& s) {
-    if (!fewer_rays(s) && !shorter(s)) return "";
-    std::string text = "keeps up with ";
+/// What is reduced, and its unreduced value.
+std::string reduced_text(const PlayStatus& s) {
+    std::string text;
     if (fewer_rays(s)) text += formatted("%d of %d rays", s.rays, s.full_rays);
     if (fewer_rays(s) && shorter(s)) text += " and ";
     if (shorter(s))
@@ -26,20 +24,47 @@ std::string reduction_text(const PlayStatus& s) {
     return text;
 }
 
+}  // namespace
+
+std::string reduction_text(const PlayStatus& s) {
+    const std::string text = reduced_text(s);
+    return text.empty() ? "" : "keeps up with " + text;
+}
+
+void ReductionReporter::count_from(const PlayStatus& s, double now_s) {
+    counted_since_s_ = now_s;
+    frames_ = s.frames;
+    late_ = s.late_frames;
+}
+
 std::optional<std::string> ReductionReporter::take(const PlayStatus& s, double now_s) {
     // A response with room to grow becomes longer within this time (LiveLoad).
     constexpr double kStableTime_s = 6;
-    const std::string text = reduction_text(s);
-    if (text.empty()) return std::nullopt;
+    const std::string reduced = reduced_text(s);
     const bool falls = length_s_ && s.response_length_s < *length_s_ - kShorter_s;
-    if (!length_s_ || falls || s.response_length_s > *length_s_ + kShorter_s) {
-        reported_ = reported_ && length_s_ && !falls;
+    const bool grows = length_s_ && s.response_length_s > *length_s_ + kShorter_s;
+    reported_ = reported_ && !falls;
+    if (!length_s_ || falls || grows || reduced_ == reduced.empty()) {
         length_s_ = s.response_length_s;
+        reduced_ = !reduced.empty();
         since_s_ = now_s;
+        count_from(s, now_s);
     }
-    if (reported_ || s.preparing || now_s < since_s_ + kStableTime_s) return std::nullopt;
+    // Preparation slows down the frames.
+    if (s.preparing) count_from(s, now_s);
+    if (s.preparing || now_s < since_s_ + kStableTime_s) return std::nullopt;
+    const auto frames = s.frames - frames_;
+    const bool late = 2 * (s.late_frames - late_) > frames;
+    const double time_s = now_s - counted_since_s_;
+    since_s_ = now_s;
+    count_from(s, now_s);
+    if (reported_ || (!late && !reduced_)) return std::nullopt;
     reported_ = true;
-    return text + "; --rays and --ir-length set them";
+    if (!late) return reduction_text(s) + "; " + remedy_;
+    return formatted("computes %.1f of %.0f frames per second",
+                     static_cast<double>(frames) / time_s, 1000 / s.frame_period_ms) +
+           (reduced_ ? " with " + reduced : "") +
+           "; fewer sources or rays, shorter responses or fewer frames per second take less time";
 }
 
 }  // namespace aula

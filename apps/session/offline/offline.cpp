@@ -10,6 +10,7 @@
 #include "apps/session/auralizer/auralizer_options.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/patch_warning.h"
+#include "apps/session/frames/ray_budget.h"
 #include "apps/session/frames/signals.h"
 #include "apps/session/frames/timeline.h"
 #include "audio/dsp/limiter.h"
@@ -165,7 +166,12 @@ std::optional<std::vector<std::string>> render_offline(const Scene& scene,
     if (!rendering.render(write, progress)) return std::nullopt;
     std::vector<std::string> warnings = warnings_of(signals);
     warn_of_patch_size(scene.simulation, rendering.patch_size_m(), warnings);
-    const std::int64_t muted = rendering.status().muted_samples + writer.muted_samples();
+    const AuralizerStatus status = rendering.status();
+    if (std::string text = over_budget_text(scene.simulation, scene.sources.size(), status.rays,
+                                            status.counted_mean_ms / 1000);
+        !text.empty())
+        warnings.push_back(std::move(text));
+    const std::int64_t muted = status.muted_samples + writer.muted_samples();
     if (muted > 0)
         warnings.push_back(muted_text(muted));
     else if (silent)

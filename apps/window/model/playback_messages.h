@@ -26,7 +26,7 @@ class PlaybackMessages {
     double last_underrun_s_ = -1;
     bool muted_ = false;
     std::uint64_t failed_changes_ = 0;
-    ReductionReporter reductions_;
+    ReductionReporter reductions_{"rays and duration in Quality set them"};
     std::string recording_error_;
 };
 

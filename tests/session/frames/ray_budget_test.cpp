@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 using namespace aula;
 
@@ -77,4 +78,23 @@ TEST_CASE("A quality means the same share of time offline and live") {
           allowed_s(Quality::draft, 1) / allowed_s(Quality::normal, 1));
     simulation.rays = 321;
     CHECK(live_rays(simulation) == 321);
+}
+
+TEST_CASE("A rendering that takes longer than its quality allows with the fewest rays says so") {
+    Simulation simulation;
+    const auto text = [&](int rays, double counted_s) {
+        return over_budget_text(simulation, 8, rays, counted_s);
+    };
+    CHECK(text(100, 0.05).empty());
+    CHECK(text(101, 1).empty());
+    CHECK(text(100, 0.2).find("about 4.0 s of two processors with 8 sources and 100 rays") !=
+          std::string::npos);
+    CHECK(text(100, 0.2).find("--ir-length") != std::string::npos);
+    simulation.quality = Quality::draft;
+    CHECK_FALSE(text(100, 0.05).empty());
+    simulation.quality = Quality::fine;
+    CHECK(text(100, 1).empty());
+    simulation.quality = Quality::normal;
+    simulation.rays = 100;
+    CHECK(text(100, 1).empty());
 }

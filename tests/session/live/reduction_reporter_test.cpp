@@ -26,7 +26,7 @@ TEST_CASE("The report of a reduced load names the reduced values") {
 }
 
 TEST_CASE("A reduction is reported once when it is stable, and again for a shorter response") {
-    ReductionReporter reporter;
+    ReductionReporter reporter("--rays and --ir-length set them");
     CHECK_FALSE(reporter.take(status_of(1000, 3), 1));
     CHECK_FALSE(reporter.take(status_of(700, 3), 2));
     CHECK_FALSE(reporter.take(status_of(400, 3), 3));
@@ -46,13 +46,42 @@ TEST_CASE("A reduction is reported once when it is stable, and again for a short
 }
 
 TEST_CASE("A response that grows is not reported, one that stops growing is") {
-    ReductionReporter growing;
+    ReductionReporter growing("");
     for (int step = 0; step < 4; ++step)
         CHECK_FALSE(growing.take(status_of(1000, 1 + 0.5 * step), 5 * step));
     CHECK_FALSE(growing.take(status_of(1000, 3), 20));
-    ReductionReporter stopped;
+    ReductionReporter stopped("");
     CHECK_FALSE(stopped.take(status_of(1000, 1), 0));
     CHECK_FALSE(stopped.take(status_of(1000, 1.5), 5));
     CHECK(stopped.take(status_of(1000, 1.5), 12));
     CHECK_FALSE(stopped.take(status_of(1000, 2), 20));
+}
+
+TEST_CASE("Frames that are late are reported once, also where nothing may be reduced") {
+    for (const int rays : {1000, 100}) {
+        INFO(rays << " of 1000 rays");
+        PlayStatus status = status_of(rays, 3);
+        status.frame_period_ms = 100.0 / 3;
+        ReductionReporter late("");
+        ReductionReporter in_time("");
+        int reports = 0;
+        std::string text;
+        for (int second = 0; second < 60; ++second) {
+            status.frames += 10;
+            if (const auto report = in_time.take(status, second))
+                CHECK(report->find("frames per second") == std::string::npos);
+        }
+        for (int second = 0; second < 60; ++second) {
+            status.frames += 10;
+            status.late_frames += 9;
+            if (const auto report = late.take(status, second)) {
+                text = *report;
+                ++reports;
+            }
+        }
+        CHECK(reports == 1);
+        CHECK(text.find("computes 10.0 of 30 frames per second") == 0);
+        CHECK((text.find("100 of 1000 rays") != std::string::npos) == (rays == 100));
+        CHECK(text.find("fewer sources") != std::string::npos);
+    }
 }

@@ -1,4 +1,4 @@
-#include "apps/session/live/live_load.h"
+#include "apps/session/frames/live_load.h"
 
 #include <catch2/catch.hpp>
 #include <random>
