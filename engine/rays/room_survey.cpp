@@ -316,8 +316,8 @@ std::vector<double> triangle_areas(const RayScene& scene, std::span<const double
     for (std::uint32_t t = 0; t < area_m2.size(); ++t) {
         const std::uint32_t m = scene.triangle(t).material;
         if (!(own_m2[m] > 0)) continue;
-        area_m2[t] = own(t) * (sampled[t] > 0 ? double{counted[t]} / sampled[t]
-                                              : material_m2[m] / own_m2[m]);
+        area_m2[t] =
+            sampled[t] > 0 ? own(t) * counted[t] / sampled[t] : own(t) * material_m2[m] / own_m2[m];
         sum_m2[m] += area_m2[t];
     }
     for (std::uint32_t t = 0; t < area_m2.size(); ++t) {

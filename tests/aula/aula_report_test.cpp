@@ -302,6 +302,24 @@ f 4 8 5 1
     CHECK(model.find("material &quot;Walls&quot;: plaster") != std::string::npos);
 }
 
+TEST_CASE("A report says where the field is far from diffuse") {
+    const TemporaryFolder folder;
+    const auto html = [&](const char* soft) {
+        const std::string scene = folder.write("room.json", std::string(R"({"aula": 1,
+            "geometry": [{"box": [6, 5, 3], "material": "hard",
+                          "surfaces": [{"material": ")") + soft +
+                                                                R"(", "triangles": [[0, 3]]}]}],
+            "materials": {"hard": {"absorption": 0.05, "scattering": 0.02},
+                          "soft": {"absorption": 0.9, "scattering": 0.1}},
+            "sources": [{"name": "voice", "position": [1, 1, 1.5]}],
+            "listener": {"position": [4, 3, 1.2]}})");
+        return report(scene, folder.path() / "out.html", {"--frames", "8", "--rays", "200"});
+    };
+    // Floor and ceiling absorb: sound stays between the walls.
+    CHECK(std::regex_search(html("soft"), std::regex("is [0-9.]+ times Eyring's: the field")));
+    CHECK(html("hard").find("times Eyring's") == std::string::npos);
+}
+
 TEST_CASE("A report names positions outside the room and in closed bodies") {
     const TemporaryFolder folder;
     const std::string scene =

@@ -49,6 +49,10 @@ std::string mean_cell(const MeasuredValue& mean, const MeasuredValue& count, std
     return cell + "</td>";
 }
 
+std::string head_row(const std::string& cells) {
+    return "<thead>" + html_row(cells) + "</thead>\n";
+}
+
 std::string text_row(const std::string& name, const std::string& text) {
     return html_row(html_cell(name) + html_cell(text));
 }

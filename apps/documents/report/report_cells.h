@@ -21,6 +21,9 @@ std::string value_cell(const MeasuredValue& value, int most_decimals);
 std::string mean_cell(const MeasuredValue& mean, const MeasuredValue& count, std::size_t positions,
                       int decimals);
 
+/// The head of a table, of header cells; printed again on each page.
+std::string head_row(const std::string& cells);
+
 /// A row of a name and a text.
 std::string text_row(const std::string& name, const std::string& text);
 

@@ -38,7 +38,7 @@ std::string distances(const RoomReport& report) {
                 double{glm::distance(source.position_at(0), m.receivers[r].position)}, 2));
         rows += html_row(cells);
     }
-    return "<table>\n" + html_row(header) + rows + "</table>\n";
+    return "<table>\n" + head_row(header) + rows + "</table>\n";
 }
 
 std::string yes_no(bool value) { return value ? "yes" : "no"; }
@@ -65,8 +65,8 @@ std::string material_sources(const RoomReport& report) {
 std::string layers(const RoomReport& report) {
     std::string html;
     if (!report.layers.empty()) {
-        html = "<h3>Layers of the model</h3>\n<table>\n" +
-               html_row(html_header("file") + html_header("layer") + html_header("material") +
+        html = "<h3>Layers of the model</h3>\n<table class=\"text\">\n" +
+               head_row(html_header("file") + html_header("layer") + html_header("material") +
                         html_header("area in m²"));
         for (const LayerMaterial& layer : report.layers)
             html += html_row(html_cell(layer.file) + html_cell(layer.layer) +
@@ -106,7 +106,7 @@ std::string positions_section(const RoomReport& report) {
                "sources. Crosses: receivers.</figcaption>\n</figure>\n",
                double{report.plan_height_m}) +
            "<table class=\"text\">\n" +
-           html_row(html_header("") + html_header("name") + html_header("x, y, z in m") +
+           head_row(html_header("") + html_header("name") + html_header("x, y, z in m") +
                     html_header("directivity") + html_header("yaw, pitch") +
                     html_header("gain in dB")) +
            rows + "</table>\n" + distances(report) +
@@ -148,7 +148,7 @@ std::string conditions_section(const RoomReport& report) {
     html += text_row("surface that sound reaches", formatted("%.1f m²", report.room.surface_m2));
     if (report.room.volume_m3)
         html += text_row("mean free path", formatted("%.2f m", report.room.field.mean_free_path_m));
-    html += "</table>\n<table>\n" + html_row(html_header("octave in Hz") + band_headers());
+    html += "</table>\n<table>\n" + head_row(html_header("octave in Hz") + band_headers());
     html += html_row(html_cell("speech at 1 m on axis in dB") +
                      band_cells(report.scene.speech.speech_db, 1));
     html += report.scene.speech.noise_db
@@ -160,7 +160,7 @@ std::string conditions_section(const RoomReport& report) {
 
 std::string materials_section(const RoomReport& report) {
     std::string html = "<h2>Materials</h2>\n<table>\n" +
-                       html_row(html_header("material") + html_header("area in m²") +
+                       head_row(html_header("material") + html_header("area in m²") +
                                 html_header("coefficient") + band_headers());
     for (std::size_t i = 0; i < report.scene.materials.size(); ++i) {
         const Material& material = report.scene.materials[i];

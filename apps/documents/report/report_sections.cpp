@@ -159,7 +159,7 @@ std::string open_plan_section(const RoomReport& report) {
             kOpenPlanReceivers, kOpenPlanAngle_deg, kOpenPlanFrom_m, kOpenPlanTo_m);
     std::string html =
         "<h3>Open-plan offices (ISO 3382-3)</h3>\n<table class=\"pairs\">\n" +
-        html_row(html_header("source") + html_header("line of receivers") +
+        head_row(html_header("source") + html_header("line of receivers") +
                  html_header("D2,S in dB") + html_header("Lp,A,S,4m in dB(A)") +
                  html_header("rD in m") + html_header("rP in m")) +
         rows +
@@ -324,7 +324,7 @@ std::string speech_section(const RoomReport& report) {
         }
     }
     std::string html = "<h2>Speech</h2>\n<table class=\"pairs\">\n" +
-                       html_row(html_header("source") + html_header("receiver") +
+                       head_row(html_header("source") + html_header("receiver") +
                                 html_header("distance in m") + html_header("speech in dB(A)") +
                                 html_header("STI") + html_header("class") + html_header("rating")) +
                        pairs + "</table>\n" + "<p>Speech of " + level_text(speech.speech_db) +
@@ -346,7 +346,7 @@ std::string measured_section(const RoomReport& report) {
     header += html_header("single number");
     for (const Compared& compared : all)
         html += "<section>\n<h3>" + html_text(compared.title) + "</h3>\n<table class=\"wide\">\n" +
-                html_row(header) + comparison_rows(compared) + "</table>\n" +
+                head_row(header) + comparison_rows(compared) + "</table>\n" +
                 decay_time_plot(compared) + "</section>\n";
     return html +
            "<p>Differences are simulated minus measured, in just noticeable differences (ISO "

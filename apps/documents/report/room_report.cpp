@@ -41,7 +41,7 @@ figure { margin: 0; } figcaption { color: #444; }
 .sign { display: flex; gap: 40px; margin-top: 48px; }
 .sign div { flex: 1; border-top: 1px solid #222; padding-top: 4px; }
 section, figure, tr { break-inside: avoid; }
-h2, h3 { break-after: avoid; }
+h2, h3, thead { break-after: avoid; }
 @media print { body { margin: 0; max-width: none; padding: 0; font-size: 11px; }
   th, td { padding: 2px 5px; } .wide th, .wide td { padding: 2px 3px; font-size: 9px; }
   small { font-size: 8px; } .plots svg { width: 330px; height: auto; } }
@@ -108,7 +108,7 @@ std::string summary(const RoomReport& report, const PositionAverage& average) {
         header += "<th>" + text.symbol + "<small>" + (text.unit.empty() ? "&nbsp;" : text.unit) +
                   "</small><small>" + octaves_of(p) + "</small></th>";
     }
-    html += html_row(header);
+    html += head_row(header);
     for (std::size_t s = 0; s < m.sources.size(); ++s)
         for (std::size_t r = 0; r < m.receivers.size(); ++r) {
             html += single_numbers(html_cell(m.sources[s].name) + html_cell(report.receivers[r]),
@@ -150,6 +150,20 @@ std::string statistical_times(const RoomReport& report) {
            row("Eyring in s", reverberation_time_s(report.room.field, medium));
 }
 
+/// A sentence on a T30 that is far from Eyring's time.
+std::string diffuseness(const RoomReport& report, const PositionAverage& average) {
+    constexpr double kFar = 1.5;
+    const std::optional<double>& t30_s =
+        average.mean.broadband[static_cast<std::size_t>(AcousticParameter::t30)].value;
+    const Bands eyring_s = reverberation_time_s(report.room.field, report.scene.medium);
+    const double times = t30_s.value_or(0) / (double{eyring_s[3] + eyring_s[4]} / 2);
+    if (!(std::isfinite(times) && times > kFar)) return {};
+    return formatted(
+        " The mean T30 of 500 and 1000 Hz is %.1f times Eyring's: the field of this room is not "
+        "diffuse, as with absorption on few surfaces.",
+        times);
+}
+
 /// Mean and standard deviation over positions in octaves, and T30 as a picture.
 std::string averages(const RoomReport& report, const PositionAverage& average,
                      const std::optional<double>& schroeder_hz) {
@@ -186,9 +200,10 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
     if (report.room.volume_m3)
         html +=
             " Estimates by Sabine and Eyring are those of a diffuse field, from the volume and the "
-            "areas below.";
+            "areas below." +
+            diffuseness(report, average);
     html += "</p>\n<table class=\"wide\">\n" +
-            html_row(html_header("octave in Hz") + html_header("") + band_headers(schroeder_hz) +
+            head_row(html_header("octave in Hz") + html_header("") + band_headers(schroeder_hz) +
                      html_header("single number")) +
             rows + "</table>\n";
     const std::string plot = decay_time_svg(average, schroeder_hz);
@@ -217,7 +232,7 @@ std::string pair_section(const RoomReport& report, std::size_t s, std::size_t r,
     std::string html =
         "<h3>" + html_text(m.sources[s].name) + " at " + html_text(report.receivers[r]) + "</h3>\n";
     if (!m.audible[pair]) return html + "<p>The source is not audible at this receiver.</p>\n";
-    html += "<table>\n" + html_row(html_header("octave in Hz") + band_headers(schroeder_hz) +
+    html += "<table>\n" + head_row(html_header("octave in Hz") + band_headers(schroeder_hz) +
                                    html_header("single number"));
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
         const ParameterText text = parameter_text(p);
