@@ -14,7 +14,9 @@ namespace {
 
 // Filters of early reflections contain the absorption of several walls: they resolve 47 Hz.
 constexpr double kEarlyFilter_s = 1024.0 / 48000;
-// Filters of moving paths run in the time domain and are shorter, to limit the cost.
+// Filters of moving paths run in the time domain and are shorter, to limit the cost, where they
+// resolve the octaves: next to walls of steep absorption they are as long as those of early
+// reflections.
 constexpr double kPathFilter_s = 256.0 / 48000;
 
 // A faster turn of the head would be audible.
@@ -88,7 +90,8 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     path.hrtf = binaural ? hrtf : nullptr;
     path.order = field_order(config);
     path.sample_rate_hz = rate;
-    path.filter_taps = fast_fft_size(to_samples(kPathFilter_s, rate));
+    path.filter_taps = early_taps;
+    path_taps = fast_fft_size(to_samples(kPathFilter_s, rate));
     path.block = block;
     path.frame_samples = static_cast<std::size_t>(frame_samples(config));
     path.turn_samples = std::max(block, kShortestTurn_samples);

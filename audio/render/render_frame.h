@@ -17,6 +17,7 @@ struct RenderShape {
     std::size_t lead_samples;           ///< delay of the decoder, subtracted from all decoded sound
     std::size_t early_taps;             ///< length of the filter of an early path
     PathShape path;                     ///< direct sound and the strongest early paths
+    std::size_t path_taps;              ///< of its filter, where they give the levels of octaves
     std::size_t moving_paths;           ///< per source at most: direct sound and early paths
     std::size_t longest_delay_samples;  ///< of a moving path
     std::size_t fade_samples;           ///< of an exchange of frames

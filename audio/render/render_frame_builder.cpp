@@ -16,6 +16,9 @@ namespace aula {
 
 namespace {
 
+// Of the level of an octave, above which a moving path has a long filter: half of the bound.
+constexpr float kLevelError_db = 0.25F;
+
 /// Filters of the reverberation, [channel], of one source.
 using Responses = std::vector<AlignedVector<float>>;
 
@@ -27,8 +30,8 @@ struct RenderFrameBuilder::State {
           hrtf(std::move(head)),
           shape(config, hrtf.get()),
           transform(shape.reverberation),
-          early_bands(config.sample_rate_hz, shape.early_taps),
-          path_bands(config.sample_rate_hz, shape.path.filter_taps),
+          early_bands(config.sample_rate_hz, shape.early_taps, config.air),
+          path_bands(config.sample_rate_hz, shape.path_taps, config.air),
           early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
           delayed(shape.early_taps + kInterpolationTaps - 1),
           moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
@@ -168,7 +171,8 @@ void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain,
     if (whole >= static_cast<double>(config.response_samples)) return;
 
     constexpr std::size_t kMargin = kInterpolationTaps - 1;
-    early_bands.design(path.band_gain, std::span(early_filter).subspan(kMargin, shape.early_taps));
+    early_bands.design(path.band_gain, double{path.length_m},
+                       std::span(early_filter).subspan(kMargin, shape.early_taps));
     const std::array<float, kInterpolationTaps> impulse = interpolator.impulse(delay - whole);
     filter(early_filter.data() + kMargin, impulse.data(), impulse.size(), delayed.data(),
            delayed.size());
@@ -197,8 +201,16 @@ void RenderFrameBuilder::State::prepare_path(const DiscretePath& path, float gai
         std::clamp(path.delay_s * config.sample_rate_hz, DelayLine::kShortest_samples,
                    static_cast<double>(shape.longest_delay_samples));
     sound.direction = path.direction;
-    path_bands.design(path.band_gain, sound.filter);
-    for (float& x : sound.filter) x *= gain;
+    sound.distance_m = path.length_m;
+    const std::span<float> filter = sound.filter;
+    sound.taps = shape.path_taps;
+    const float error_db =
+        path_bands.design(path.band_gain, double{path.length_m}, filter.first(sound.taps));
+    if (error_db > kLevelError_db) {
+        sound.taps = filter.size();
+        early_bands.design(path.band_gain, double{path.length_m}, filter);
+    }
+    for (float& x : filter.first(sound.taps)) x *= gain;
 }
 
 }  // namespace aula

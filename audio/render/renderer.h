@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "audio/base/mailbox.h"
+#include "audio/dsp/band_filter.h"
 #include "audio/spatial/ambisonics.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/audio/output_format.h"
@@ -19,6 +20,7 @@ namespace aula {
 /// A discrete arrival at the listener, in world axes (x front, y left, z up).
 struct DiscretePath {
     double delay_s = 0;  ///< from the emission
+    float length_m = 0;  ///< of the path in air; 0: no loss by air, and from afar
     /// Of arrival: from the listener to its origin (HeardDirection).
     std::array<float, 3> direction{1, 0, 0};
     std::array<float, 8> band_gain{};  ///< pressure re that of the source at 1 m, 63 Hz to 8 kHz
@@ -50,6 +52,7 @@ struct RendererConfig {
     /// Of late reverberation: half the memory, -74 dB error. Also used for filters above 512 MiB.
     bool half_precision_tail = false;
     double longest_delay_s = 3;  ///< of direct sound; longer delays are clamped
+    AirAttenuation air{};        ///< between the centres of the octaves, which the gains contain
 };
 
 /// The order of the ambisonic field of an output: mono 0, foa 1, toa 3, binaural ambisonic_order.

@@ -232,6 +232,7 @@ struct Hrtf::State {
     std::size_t taps = 0;
     HeadResponses head;
     double centre_delay_s = 0;
+    float distance_m = 0;
     std::mutex mutex;                          ///< of `decoders`
     std::map<int, AmbisonicDecoder> decoders;  ///< [order] that have been designed
 };
@@ -256,6 +257,7 @@ Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
     for (const std::size_t i : kept) {
         const std::array<float, 3>& position = measured.positions[i];
         const float length = std::hypot(position[0], position[1], position[2]);
+        s.distance_m += length / static_cast<float>(kept.size());
         head.directions.push_back(
             {position[0] / length, position[1] / length, position[2] / length});
     }
@@ -301,6 +303,8 @@ Hrtf::Hrtf(const HeadMeasurements& measured, double sample_rate_hz)
 }
 
 Hrtf::~Hrtf() = default;
+
+float Hrtf::distance_m() const noexcept { return state_->distance_m; }
 
 std::size_t Hrtf::taps() const { return state_->taps; }
 

@@ -44,6 +44,9 @@ class Hrtf {
               const std::array<std::span<float>, 2>& minimum_phase,
               std::array<double, 2>& delays_s) const noexcept AULA_NONBLOCKING;
 
+    /// Mean distance of the measured positions, m.
+    float distance_m() const noexcept AULA_NONBLOCKING;
+
     /// Length of the minimum-phase responses, samples.
     std::size_t taps() const;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "audio/dsp/kernels.h"
+#include "audio/spatial/head_shelf.h"
 
 namespace aula {
 
@@ -15,6 +16,8 @@ constexpr double kFastestMove = 0.5;
 
 // The ear filters are updated if the direction has turned by more than this, radians.
 constexpr float kSameDirection = 1e-4F;
+// Or if the distance has changed by this share: 0.05 dB.
+constexpr float kSameDistance = 3e-3F;
 
 /// `v` scaled to a distinctness. The midpoint of opposite directions has none: vectors shorter than
 /// half the distinctness are doubled, which is continuous.
@@ -67,17 +70,41 @@ PathTrack::PathTrack(const PathShape& shape)
     }
 }
 
-/// Sets ear filters and delays for a direction in head axes.
+/// Whether a source is nearer than those of the measured head, so that its distance is heard.
+bool PathTrack::is_near(float distance_m) const noexcept {
+    return distance_m > 0 && distance_m < shape_.hrtf->distance_m();
+}
+
+/// Whether a direction in head axes, or the distance, has left that of the newest ear filters.
+bool PathTrack::ears_differ(const std::array<float, 3>& direction) const noexcept {
+    if (!(distance(direction, ear_direction_) <= kSameDirection)) return true;
+    return (is_near(distance_m_) || is_near(ear_distance_m_)) &&
+           std::abs(distance_m_ - ear_distance_m_) > kSameDistance * ear_distance_m_;
+}
+
+/// Sets ear filters and delays for a direction in head axes and the present distance.
 void PathTrack::set_ears(const std::array<float, 3>& direction, std::size_t slot) noexcept {
     ear_direction_ = direction;
+    ear_distance_m_ = distance_m_;
     shape_.hrtf->ears(direction, {points_[0].ear[slot], points_[1].ear[slot]}, ear_delays_);
     for (double& delay : ear_delays_) delay *= shape_.sample_rate_hz;
+    if (!is_near(distance_m_)) return;
+    // The ears are at the ends of the y axis. At the centre of the head they are equal.
+    const HeardDirection heard = heard_direction(direction);
+    for (std::size_t ear = 0; ear < 2; ++ear) {
+        const float cosine = ear == 0 ? heard.unit[1] : -heard.unit[1];
+        HeadShelf shelf = HeadShelf::at(distance_m_, shape_.hrtf->distance_m(), cosine);
+        shelf.low_db *= heard.distinctness;
+        shelf.high_db *= heard.distinctness;
+        shelf.apply(shape_.sample_rate_hz, points_[ear].ear[slot]);
+    }
 }
 
 void PathTrack::start(const PathSound& sound, const DelayLine& line,
                       const HeadRotation& head) noexcept {
     delay_.jump(sound.delay_samples);
     direction_ = target_ = sound.direction;
+    distance_m_ = target_m_ = sound.distance_m;
     remaining_ = 0;
     moved_samples_ = move_samples_;
     if (shape_.hrtf != nullptr) {
@@ -91,7 +118,8 @@ void PathTrack::start(const PathSound& sound, const DelayLine& line,
         Point& point = points_[p];
         point.ear_delay.jump(ear_delays_[p]);
         std::fill(point.ear_input.begin(), point.ear_input.end(), 0.0F);
-        for (std::size_t n = 0; n < past; ++n) {
+        std::fill(point.delayed.begin(), point.delayed.end(), 0.0F);
+        for (std::size_t n = past - (sound.taps - 1); n < past; ++n) {
             const auto offset = static_cast<std::ptrdiff_t>(n) - static_cast<std::ptrdiff_t>(past);
             point.delayed[n] = line.read(offset, sound.delay_samples + ear_delays_[p]);
         }
@@ -101,13 +129,19 @@ void PathTrack::start(const PathSound& sound, const DelayLine& line,
 void PathTrack::move(const PathSound& from, const PathSound& to, std::size_t samples) noexcept {
     delay_.move_to(to.delay_samples, samples);
     target_ = to.direction;
+    target_m_ = to.distance_m;
     remaining_ = samples;
     const float rest = 1 - static_cast<float>(moved_samples_) / static_cast<float>(move_samples_);
-    for (std::size_t i = 0; i < last_filter_.size(); ++i)
+    for (std::size_t i = 0; i < from.taps; ++i)
         last_filter_[i] = from.filter[i] + rest * (last_filter_[i] - from.filter[i]);
+    for (std::size_t i = from.taps; i < last_taps_; ++i) last_filter_[i] *= rest;
+    last_taps_ = rest > 0 ? std::max(from.taps, last_taps_) : from.taps;
     move_samples_ = samples;
     // At rest one filter suffices.
-    const bool is_equal = std::equal(last_filter_.begin(), last_filter_.end(), to.filter.begin());
+    const bool is_equal =
+        last_taps_ == to.taps &&
+        std::equal(to.filter.begin(), to.filter.begin() + static_cast<std::ptrdiff_t>(to.taps),
+                   last_filter_.begin());
     moved_samples_ = is_equal ? samples : 0;
 }
 
@@ -120,6 +154,7 @@ void PathTrack::advance_direction(std::size_t samples) noexcept {
     if (remaining_ == 0) return;
     if (samples >= remaining_) {
         direction_ = target_;
+        distance_m_ = target_m_;
         remaining_ = 0;
         return;
     }
@@ -128,6 +163,7 @@ void PathTrack::advance_direction(std::size_t samples) noexcept {
     const float to = heard_direction(target_).distinctness;
     for (std::size_t i = 0; i < 3; ++i) direction_[i] += share * (target_[i] - direction_[i]);
     direction_ = with_distinctness(direction_, from + share * (to - from));
+    distance_m_ += share * (target_m_ - distance_m_);
     remaining_ -= samples;
 }
 
@@ -136,7 +172,7 @@ void PathTrack::read(const DelayLine& line, const HeadRotation& head,
     advance_direction(samples);
     if (shape_.hrtf != nullptr && ear_fade_ == shape_.turn_samples) {
         const std::array<float, 3> direction = in_head_axes(head, direction_);
-        if (!(distance(direction, ear_direction_) <= kSameDirection)) {
+        if (ears_differ(direction)) {
             set_ears(direction, 1);
             ear_fade_ = 0;
             for (std::size_t p = 0; p < 2; ++p) points_[p].ear_delay.move_to(ear_delays_[p]);
@@ -159,11 +195,11 @@ void PathTrack::add(const PathSound& sound, std::span<const float> weights,
     const bool moves = moved_samples_ < move_samples_;
     const float step = 1 / static_cast<float>(move_samples_);
     for (Point& point : points_) {
-        filter(point.delayed.data() + past, sound.filter.data(), shape_.filter_taps,
-               filtered_.data(), samples);
+        filter(point.delayed.data() + past, sound.filter.data(), sound.taps, filtered_.data(),
+               samples);
         if (moves) {
-            filter(point.delayed.data() + past, last_filter_.data(), shape_.filter_taps,
-                   faded_.data(), samples);
+            filter(point.delayed.data() + past, last_filter_.data(), last_taps_, faded_.data(),
+                   samples);
             for (std::size_t n = 0; n < samples; ++n) {
                 const std::size_t moved = std::min(moved_samples_ + n, move_samples_);
                 const float share = step * static_cast<float>(moved);

@@ -22,7 +22,9 @@ struct PathSound {
     std::uint64_t id = 0;                     ///< identifies the path in all frames
     double delay_samples = 0;                 ///< to the centre of the head
     std::array<float, 3> direction{1, 0, 0};  ///< of arrival, world axes (HeardDirection)
+    float distance_m = 0;                     ///< of the source or its image; 0: far
     AlignedVector<float> filter;              ///< distance, air and walls
+    std::size_t taps = 0;                     ///< of `filter`, the first ones
 };
 
 /// A value that moves linearly to its target over `samples`. A one-pole filter of that time smooths
@@ -64,7 +66,7 @@ struct PathShape {
     const Hrtf* hrtf = nullptr;
     int order = 0;
     double sample_rate_hz = 48000;
-    std::size_t filter_taps = 256;
+    std::size_t filter_taps = 1024;  ///< of the longest filter
     std::size_t block = 256;
     std::size_t frame_samples = 1600;  ///< time from frame to frame
     std::size_t turn_samples = 256;    ///< a turn of the head is crossfaded over this time
@@ -112,6 +114,8 @@ class PathTrack {
         std::array<AlignedVector<float>, 2> ear;  ///< filter in use, filter being faded to
     };
 
+    bool is_near(float distance_m) const noexcept AULA_NONBLOCKING;
+    bool ears_differ(const std::array<float, 3>& direction) const noexcept AULA_NONBLOCKING;
     void set_ears(const std::array<float, 3>& direction,
                   std::size_t slot) noexcept AULA_NONBLOCKING;
     void advance_direction(std::size_t samples) noexcept AULA_NONBLOCKING;
@@ -126,12 +130,16 @@ class PathTrack {
 
     std::array<float, 3> direction_{};  ///< world axes
     std::array<float, 3> target_{};
-    std::size_t remaining_ = 0;             ///< samples until direction_ reaches target_
+    float distance_m_ = 0;
+    float target_m_ = 0;
+    std::size_t remaining_ = 0;             ///< samples until both reach their targets
     std::array<float, 3> ear_direction_{};  ///< direction of the newest ear filters, head axes
+    float ear_distance_m_ = 0;              ///< distance of the newest ear filters
     std::size_t ear_fade_ = 0;              ///< position within the crossfade of ears, samples
     std::array<float, kMaxAmbisonicChannels> encoding_{};
 
     AlignedVector<float> last_filter_;  ///< from which the present one is reached
+    std::size_t last_taps_ = 0;         ///< of it; the others are 0
     std::size_t move_samples_ = 1;      ///< time from the last filter to the present one
     std::size_t moved_samples_ = 1;     ///< part of it that has passed
 

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/scene/air.h"
 #include "engine/scene/scene_positions.h"
 
 namespace aula {
@@ -15,6 +16,7 @@ namespace {
 DiscretePath discrete_path(const SpecularPath& path, double delay_s, float gain) {
     DiscretePath out;
     out.delay_s = delay_s;
+    out.length_m = path.length_m;
     out.id = path.id;
     out.direction = {path.direction.x, path.direction.y, path.direction.z};
     for (std::size_t band = 0; band < kBandCount; ++band)
@@ -70,6 +72,11 @@ FrameSettings frame_settings(const SessionOptions& options, double sample_rate_h
 
 RendererConfig renderer_config(const Scene& scene, double response_length_s,
                                const FrameSettings& settings) {
+    AirAttenuation air;
+    if (scene.medium.air_absorption)
+        air = [medium = scene.medium](double frequency_hz) {
+            return air_attenuation_per_m(medium, frequency_hz);
+        };
     return {.sample_rate_hz = settings.sample_rate_hz,
             .block = settings.block,
             .sources = std::max(settings.max_sources, scene.sources.size()),
@@ -79,7 +86,8 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s,
             .output = settings.output,
             .ambisonic_order = settings.ambisonic_order,
             .half_precision_tail = settings.half_precision_tail,
-            .longest_delay_s = longest_delay_s(scene)};
+            .longest_delay_s = longest_delay_s(scene),
+            .air = air};
 }
 
 std::vector<std::vector<float>> render_response(const SourceSound& sound, RendererConfig config,

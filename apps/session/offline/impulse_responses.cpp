@@ -28,6 +28,7 @@ std::shared_ptr<const Hrtf> read_hrtf(const ImpulseResponseOptions& options) {
 RendererConfig config_of(const Measurement& measurement, const ImpulseResponseOptions& options) {
     Scene places;
     places.simulation = measurement.simulation;
+    places.medium = measurement.medium;
     for (const Source& source : measurement.sources)
         places.sources.emplace_back().position = source.position_at(0);
     for (const Pose& receiver : measurement.receivers)

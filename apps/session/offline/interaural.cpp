@@ -69,6 +69,7 @@ Measurement alone(const Measurement& measurement, std::size_t pair, double zero_
     one.receivers = {
         facing(measurement.receivers[pair % receivers], one.sources[0].position_at(0))};
     one.simulation = measurement.simulation;
+    one.medium = measurement.medium;
     one.responses = {measurement.responses[pair]};
     one.audible = {1};
     one.length_s = relevant_length_s(one.responses[0], zero_s, measurement.length_s);

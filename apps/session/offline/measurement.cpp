@@ -297,6 +297,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.sources = scene.sources;
     m.receivers = std::move(receivers);
     m.simulation = scene.simulation;
+    m.medium = scene.medium;
     m.length_s = propagation.response_length_s();
     m.receiver_names = options.receiver_names;
     m.frames = propagation.frames();

@@ -50,6 +50,7 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
     measurement.sources = {scene.sources[view.source]};
     measurement.receivers = {view.listener};
     measurement.simulation = view.simulation;
+    measurement.medium = scene.medium;
     measurement.responses = {view.response};
     measurement.audible = {is_audible(view.response)};
     measurement.parameters = {view_parameters(view, scene.speech)};

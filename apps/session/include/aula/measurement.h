@@ -114,6 +114,7 @@ struct Measurement {
     std::vector<Pose> receivers;              ///< as measured
     std::vector<std::string> receiver_names;  ///< [receiver] of the options; empty: numbers
     Simulation simulation;                    ///< the settings of the propagation
+    Medium medium;                            ///< the air of the scene
     std::vector<EnergyResponse> responses;    ///< [pair]
     std::vector<char> audible;                ///< [pair] 1 if the source is audible at the receiver
     std::vector<std::string> inaudible;       ///< [pair] why it is not audible; empty if it is
