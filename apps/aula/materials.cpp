@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -10,7 +10,7 @@
 #include "aula/engine/material_library.h"
 #include "aula/exception.h"
 #include "engine/input/names.h"
-#include "engine/model/material_guess.h"
+#include "engine/model/material_search.h"
 
 namespace aula {
 
@@ -65,20 +65,6 @@ void print_table(const Library& library) {
     }
 }
 
-/// The materials whose names contain a word; if there is none, the one that the word means.
-Library found(std::string word, const Library& library) {
-    std::transform(word.begin(), word.end(), word.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const MaterialGuess guess = guess_material(word);
-    Library matching;
-    for (const LibraryMaterial& entry : library)
-        if (entry.material.name.find(word) != std::string::npos) matching.push_back(entry);
-    if (!matching.empty() || guess.word.empty()) return matching;
-    for (const LibraryMaterial& entry : library)
-        if (entry.material.name == guess.material) matching.push_back(entry);
-    return matching;
-}
-
 }  // namespace
 
 int list_materials(const Arguments& arguments) {
@@ -87,8 +73,10 @@ int list_materials(const Arguments& arguments) {
         show_material(*arguments.material, library);
         return 0;
     }
-    const Library listed =
-        arguments.material_word ? found(*arguments.material_word, library) : library;
+    const MaterialSearch search(arguments.material_word.value_or(""));
+    Library listed;
+    std::copy_if(library.begin(), library.end(), std::back_inserter(listed),
+                 [&](const LibraryMaterial& entry) { return search.finds(entry); });
     if (listed.empty()) fail_unknown(*arguments.material_word, library);
     print_table(listed);
     std::printf("aula materials show NAME prints scattering, sound reduction and sources.\n");

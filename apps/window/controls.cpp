@@ -9,7 +9,7 @@
 #include "apps/window/gl/colours.h"
 #include "apps/window/panels.h"
 #include "apps/window/rows.h"
-#include "apps/window/view/material_search.h"
+#include "engine/model/material_search.h"
 
 // The controls of sources, surface, view and map.
 
@@ -170,8 +170,9 @@ void draw_surface(Model& model, Choices& choices) {
         ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - 8.5F * ImGui::GetFontSize());
         if (ImGui::BeginCombo("##material", "change to ...", ImGuiComboFlags_HeightLarge)) {
             draw_search(choices.material_search);
+            const MaterialSearch search(choices.material_search);
             for (const LibraryMaterial& entry : model.library()) {
-                if (!matches(entry, choices.material_search)) continue;
+                if (!search.finds(entry)) continue;
                 draw_swatch(entry.material, ImGui::GetFontSize());
                 if (ImGui::Selectable(entry.material.name.c_str(),
                                       entry.material.name == material.name))

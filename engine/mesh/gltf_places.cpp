@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "engine/input/place_guess.h"
 #include "engine/mesh/gltf_accessors.h"
 #include "engine/mesh/gltf_json.h"
 
@@ -30,6 +31,11 @@ double gain_of(const JsonReader& json) {
 std::string name_of(const JsonReader& node) {
     const auto name = node.find("name");
     return name ? name->string("a name") : "";
+}
+
+bool has_light(const JsonReader& node) {
+    const auto extensions = node.find("extensions");
+    return extensions && extensions->find("KHR_lights_punctual");
 }
 
 /// A place at a node that looks along an axis of it.
@@ -67,10 +73,15 @@ void GltfPlaces::add(const JsonReader& node, const glm::dmat4& transform) {
     std::string lower = name;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (lower.starts_with("source") || lower.starts_with("speaker"))
-        places_.push_back(place_at(ImportedPlace::Kind::source, name, transform, front));
-    if (lower.starts_with("listener"))
-        places_.push_back(place_at(ImportedPlace::Kind::listener, name, transform, front));
+    const bool is_said = lower.starts_with("source") || lower.starts_with("speaker") ||
+                         lower.starts_with("listener");
+    if (!is_said && has_light(node)) return;  // "Light source"
+    const auto guess = guess_place(name);
+    if (!guess) return;
+    using Kind = ImportedPlace::Kind;
+    places_.push_back(
+        place_at(guess->is_listener ? Kind::listener : Kind::source, name, transform, front));
+    if (!is_said) places_.back().guessed_by = guess->word;
 }
 
 std::vector<ImportedPlace> GltfPlaces::take() {

@@ -9,8 +9,8 @@
 namespace aula {
 
 /// The sources and the listener of a glTF file: nodes with an emitter of KHR_audio_emitter; nodes
-/// without a mesh whose names begin with "source" or "speaker", or with "listener"; and nodes with
-/// a camera, which are listeners.
+/// without a mesh whose names begin with "source" or "speaker", or with "listener", or mean one
+/// (guess_place()); and nodes with a camera, which are listeners.
 class GltfPlaces {
  public:
     explicit GltfPlaces(const JsonReader& root);

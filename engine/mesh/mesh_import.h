@@ -21,6 +21,7 @@ struct ImportedPlace {
     Vec3 position{0};               ///< in the axes and units of the file
     Vec3 front{0};                  ///< where it looks; not normalized
     double gain = 1;                ///< linear
+    std::string guessed_by;         ///< the word of its name, if that alone makes it a place
     bool loop = false;              ///< whether the sound is repeated
     std::string sound;              ///< a file beside the model; empty: none
     bool has_sound_inside = false;  ///< in the model, which is not read

@@ -12,9 +12,9 @@
 
 #include "aula/engine/material_library.h"
 #include "aula/exception.h"
+#include "engine/input/material_guess.h"
 #include "engine/input/names.h"
 #include "engine/mesh/mesh_import.h"
-#include "engine/model/material_guess.h"
 #include "engine/model/standing_places.h"
 #include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
@@ -259,7 +259,13 @@ class SceneMaker {
         return std::nullopt;
     }
 
+    void guess_by_name(const ImportedPlace& place, const std::string& kind) {
+        guess(kind + " " + quoted(place.name) + " at " + point_text(place.position) + ": \"" +
+              place.guessed_by + "\" is in its name");
+    }
+
     void add_source(const ImportedPlace& place) {
+        if (!place.guessed_by.empty()) guess_by_name(place, "source");
         const std::optional<std::string> sound = sound_of(place);
         JsonValue::Object source;
         const std::string given = place.name.empty() ? "source" : place.name;
@@ -322,6 +328,7 @@ class SceneMaker {
             }
         }
         for (const ImportedPlace& source : sources) add_source(source);
+        if (!listener->guessed_by.empty()) guess_by_name(*listener, "listener");
         set(listener_, "position", point(listener->position));
         face(listener_, listener->front);
     }

@@ -13,7 +13,6 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
-#include <map>
 #include <new>
 #include <string>
 #include <tuple>
@@ -22,7 +21,6 @@
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
 #include "engine/rays/ray_library.h"
-#include "engine/rays/scene_planes.h"
 
 namespace aula {
 
@@ -132,7 +130,6 @@ struct RayScene::Embree {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
     std::vector<std::uint32_t> first_triangle;  // of each geometry
-    std::vector<std::vector<Vec3>> vertices;    // of each geometry, in the world
     unsigned next_id = 0;
 
     Embree() : device(new_device()) { scene = rtcNewScene(device); }
@@ -186,7 +183,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
         const Object& object = objects_[o];
         any_moves |= object.moves();
         embree_->first_triangle.push_back(static_cast<std::uint32_t>(triangles_.size()));
-        embree_->vertices.push_back(object.world_vertices(time_s));
+        world_vertices_.push_back(object.world_vertices(time_s));
         triangles_.resize(triangles_.size() + object.triangles.size());
         surfaces_.resize(triangles_.size());
         update_triangles(o);
@@ -197,7 +194,7 @@ RayScene::RayScene(const Scene& scene, double time_s)
     find_coplanar_faces(repeated);
     for (std::uint32_t o = 0; o < objects_.size(); ++o) {
         const Object& object = objects_[o];
-        embree_->add(object, embree_->vertices[o],
+        embree_->add(object, world_vertices_[o],
                      [&](std::size_t t) { return repeated[embree_->first_triangle[o] + t]; });
         if (!object.moves()) {
             // Only movable objects need their local vertices later.
@@ -216,7 +213,7 @@ RayScene::~RayScene() = default;
 
 void RayScene::update_triangles(std::uint32_t o) {
     const Object& object = objects_[o];
-    const std::vector<Vec3>& vertices = embree_->vertices[o];
+    const std::vector<Vec3>& vertices = world_vertices_[o];
     for (std::size_t t = 0; t < object.triangles.size(); ++t) {
         Triangle& triangle = triangles_[embree_->first_triangle[o] + t];
         for (std::size_t k = 0; k < 3; ++k) triangle.vertices[k] = vertices[object.triangles[t][k]];
@@ -227,39 +224,6 @@ void RayScene::update_triangles(std::uint32_t o) {
         triangle.material = object.triangle_materials[t];
         triangle.object = o;
         surfaces_[embree_->first_triangle[o] + t] = {triangle.normal, triangle.material};
-    }
-}
-
-/// Finds the static faces that overlap in one plane, and moves their vertices into it, with all
-/// vertices at the same places: what is heard on a face is then at the same distance. Layers stay.
-void RayScene::find_coplanar_faces(const std::vector<bool>& is_omitted) {
-    const ScenePlanes planes(*this);
-    coplanar_faces_ = CoplanarFaces(*this, planes, is_omitted);
-    struct Less {
-        bool operator()(const Vec3& a, const Vec3& b) const {
-            return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-        }
-    };
-    std::map<Vec3, ScenePlanes::Point, Less> moved;
-    const auto flatten = [&](std::uint32_t triangle) {
-        const ScenePlanes::Plane& plane = planes[planes.of_triangle(triangle)];
-        for (const Vec3& v : triangles_[triangle].vertices) {
-            if (std::abs(plane.distance_m(ScenePlanes::Point(v))) <= double{kFlat_m}) continue;
-            ScenePlanes::Point& to = moved.try_emplace(v, v).first->second;
-            to -= plane.distance_m(to) * plane.normal;
-        }
-    };
-    for (const CoplanarFaces::Overlap& overlap : coplanar_faces_.overlaps()) {
-        if (overlap.is_layer) continue;
-        flatten(overlap.covered);
-        flatten(overlap.heard);
-    }
-    if (moved.empty()) return;
-    for (std::uint32_t o = 0; o < objects_.size(); ++o) {
-        if (objects_[o].moves()) continue;
-        for (Vec3& v : embree_->vertices[o])
-            if (const auto to = moved.find(v); to != moved.end()) v = Vec3(to->second);
-        update_triangles(o);
     }
 }
 
@@ -335,15 +299,15 @@ float RayScene::move(std::span<const RigidTransform> transforms) {
         float object_moved_m = 0;
         for (std::size_t v = 0; v < world.size(); ++v) {
             object_moved_m =
-                std::max(object_moved_m, glm::distance(world[v], embree_->vertices[o][v]));
+                std::max(object_moved_m, glm::distance(world[v], world_vertices_[o][v]));
         }
         if (object_moved_m == 0) continue;
         moved_m = std::max(moved_m, object_moved_m);
-        embree_->vertices[o] = std::move(world);
+        world_vertices_[o] = std::move(world);
         update_triangles(o);
         RTCGeometry geometry = rtcGetGeometry(embree_->scene, o);
-        Embree::copy_vertices(embree_->vertices[o], static_cast<float*>(rtcGetGeometryBufferData(
-                                                        geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
+        Embree::copy_vertices(world_vertices_[o], static_cast<float*>(rtcGetGeometryBufferData(
+                                                      geometry, RTC_BUFFER_TYPE_VERTEX, 0)));
         rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
         rtcCommitGeometry(geometry);
     }
@@ -442,53 +406,6 @@ void RayScene::intersect(const RayLanes& rays, std::size_t count, HitLanes& hits
         }
     }
     hear_smaller(count, hits);
-}
-
-void RayScene::hear_smaller(std::size_t count, HitLanes& hits) const {
-    if (coplanar_faces_.overlaps().empty()) return;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!coplanar_faces_.is_covered(hits.triangle[i])) continue;
-        const Hit hit = heard({hits.triangle[i], hits.distance_m[i], hits.u[i], hits.v[i]});
-        hits.triangle[i] = hit.triangle;
-        hits.u[i] = hit.u;
-        hits.v[i] = hit.v;
-    }
-}
-
-/// The same hit on the face that is heard there.
-Hit RayScene::heard(const Hit& hit) const {
-    const auto& v = triangles_[hit.triangle].vertices;
-    const Vec3 point = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);
-    for (const std::uint32_t t : coplanar_faces_.candidates(hit.triangle, point)) {
-        const Triangle& other = triangles_[t];
-        const glm::dvec3 a(other.vertices[0]);
-        const glm::dvec3 d = glm::dvec3(point) - a;
-        const glm::dvec3 normal(other.normal);
-        // A point behind a face would be in another room.
-        if (std::abs(glm::dot(d, normal)) > 2 * double{kFlat_m}) continue;
-        const glm::dvec3 ab = glm::dvec3(other.vertices[1]) - a;
-        const glm::dvec3 ac = glm::dvec3(other.vertices[2]) - a;
-        const double twice_area_m2 = glm::dot(glm::cross(ab, ac), normal);
-        const double u = glm::dot(glm::cross(d, ac), normal) / twice_area_m2;
-        const double w = glm::dot(glm::cross(ab, d), normal) / twice_area_m2;
-        constexpr double kOutside = -1e-6;  // rounding: points of the edge between two triangles
-        if (u < kOutside || w < kOutside || u + w > 1 - kOutside) continue;
-        // A third face of the first one's material may be heard on the second.
-        return heard({t, hit.distance_m, static_cast<float>(u), static_cast<float>(w)});
-    }
-    return hit;
-}
-
-std::uint32_t RayScene::heard_at(std::uint32_t triangle, const Vec3& point) const {
-    if (!coplanar_faces_.is_covered(triangle)) return triangle;
-    const auto& v = triangles_[triangle].vertices;
-    const Vec3 ab = v[1] - v[0];
-    const Vec3 ac = v[2] - v[0];
-    const Vec3 normal = glm::cross(ab, ac);
-    const float square = glm::dot(normal, normal);
-    return heard({triangle, 0, glm::dot(glm::cross(point - v[0], ac), normal) / square,
-                  glm::dot(glm::cross(ab, point - v[0]), normal) / square})
-        .triangle;
 }
 
 void RayScene::intersect_each(std::span<const Ray> rays, std::span<Hit> hits) const {

@@ -199,7 +199,8 @@ class RayScene {
 
     struct Embree;
     std::unique_ptr<Embree> embree_;
-    std::vector<Object> objects_;  ///< vertices are kept for moving objects only
+    std::vector<Object> objects_;                    ///< vertices are kept for moving objects only
+    std::vector<std::vector<Vec3>> world_vertices_;  ///< [object]
     std::vector<Triangle> triangles_;
     std::vector<Surface> surfaces_;  ///< [triangle]
     std::vector<Twin> twins_;        ///< sorted

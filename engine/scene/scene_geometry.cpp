@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "aula/exception.h"
+#include "engine/input/material_guess.h"
 #include "engine/input/names.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/mesh/polygon.h"
@@ -134,15 +135,18 @@ Object read_faces(const JsonReader& json, MaterialTable& materials) {
     return object;
 }
 
-// `, did you mean "glass" for "Glass"?`, for the first few names that are similar to a known one.
+// `, did you mean "glass" for "Glass"?`, for the first few names that are similar to a known one or
+// mean one.
 std::string nearest_materials(const std::vector<std::string>& unmapped,
                               const std::vector<std::string>& known) {
     constexpr std::size_t kMax = 10;
     std::string list;
     for (std::size_t i = 0; i < std::min(unmapped.size(), kMax); ++i) {
-        const std::string meant = nearest_name(unmapped[i], known);
-        if (meant.empty()) continue;
-        list += (list.empty() ? "" : ", ") + quoted(meant) + " for " + quoted(unmapped[i]);
+        const std::string near = nearest_name(unmapped[i], known);
+        const MaterialGuess guess = guess_material(unmapped[i]);
+        if (near.empty() && guess.word.empty()) continue;
+        list += (list.empty() ? "" : ", ") + quoted(near.empty() ? guess.material : near) +
+                " for " + quoted(unmapped[i]);
     }
     return list.empty() ? "" : ", did you mean " + list + "?";
 }
@@ -330,10 +334,17 @@ std::vector<std::string> MaterialTable::names() const {
     return names;
 }
 
+std::string MaterialTable::meant(const std::string& name) const {
+    const std::string near = did_you_mean(name, names());
+    const MaterialGuess guess = guess_material(name);
+    if (!near.empty() || guess.word.empty()) return near;
+    return ", did you mean " + quoted(guess.material) + "?";
+}
+
 std::uint32_t MaterialTable::require(const JsonReader& json) {
     const std::string name = json.string(kMaterialName);
     if (const auto index = find(name)) return *index;
-    json.fail("unknown material " + quoted(name) + did_you_mean(name, names()) +
+    json.fail("unknown material " + quoted(name) + meant(name) +
               "; expected a material of the scene, or one that \"aula materials\" lists");
 }
 

@@ -29,6 +29,9 @@ class MaterialTable {
     /// The known names, the scene's own first.
     std::vector<std::string> names() const;
 
+    /// `, did you mean "wood"?` for "wod" or "Holz"; empty if nothing is near or meant.
+    std::string meant(const std::string& name) const;
+
     std::vector<Material> take() { return std::move(materials_); }
 
  private:

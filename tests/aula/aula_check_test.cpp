@@ -70,7 +70,7 @@ TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is 
                              Contains("wood                           5.5 m2"));
 }
 
-TEST_CASE("Of three layers in contact one warning has an area") {
+TEST_CASE("Of three layers in contact one warning has an area, and the third has no line") {
     const TemporaryFolder folder;
     const std::string face =
         R"({"vertices": [[1,0,1], [3,0,1], [3,0,2], [1,0,2]], "faces": [[0,1,2,3]], "material": ")";
@@ -80,7 +80,9 @@ TEST_CASE("Of three layers in contact one warning has an area") {
             {"box": [5, 4, 3], "material": "brick"},)" +
                                                      face + "glass\"}, " + face + R"(curtain"}],
             "sources": [{"position": [4, 1, 1.5]}], "listener": {"position": [3, 3, 1.5]}})")});
-    CHECK_THAT(check.err, Contains(": 2 m2 of ") && !Contains("e-"));
+    // The brick below is heard nowhere below the third one: its area is zero but for rounding.
+    CHECK_THAT(check.err, Contains(": 2 m2 of "));
+    CHECK(std::count(check.err.begin(), check.err.end(), '\n') == 1);
 }
 
 TEST_CASE("A scene far from the origin is doubtful") {
@@ -275,16 +277,16 @@ TEST_CASE(
 TEST_CASE("Each unknown material is one short line") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", R"({"aula": 1, "geometry": [
-        {"box": [5, 4, 3], "material": "plastr"}, {"box": [1, 1, 1], "material": "tapestry"}],
+        {"box": [5, 4, 3], "material": "plastr"}, {"box": [1, 1, 1], "material": "Holz"}],
         "sources": [{"position": [1, 1, 1]}], "listener": {"position": [2, 2, 2]}})");
     const ProgramResult check = aula_with({"check", scene});
     CHECK(check.status == 2);
     const std::string line = "aula: " + scene + ": /geometry/";
     const std::string expected =
         "; expected a material of the scene, or one that \"aula materials\" lists\n";
-    CHECK(check.err == line + "0/material: unknown material \"plastr\", did you mean \"plaster\"?" +
-                           expected + line + "1/material: unknown material \"tapestry\"" +
-                           expected);
+    CHECK(check.err ==
+          line + "0/material: unknown material \"plastr\", did you mean \"plaster\"?" + expected +
+              line + "1/material: unknown material \"Holz\", did you mean \"wood\"?" + expected);
 }
 
 TEST_CASE("Positions in the notch of an L-shaped room are outside, also those on a path") {

@@ -202,7 +202,8 @@ TEST_CASE("Invalid scenes are refused with one line that names the place, and st
         {with(kSmallRoom, "\"noise\"", "\"words.wav\""), "words.wav"},
         {with(kSmallRoom, "\"rays\": 200", "\"rays\": 0"), "bad.json: /simulation/rays"},
         {with(kSmallRoom, "\"rays\": 200", "\"quality\": \"best\""),
-         "bad.json: /simulation/quality: unknown quality \"best\"; expected \"draft\", \"normal\" or "
+         "bad.json: /simulation/quality: unknown quality \"best\"; expected \"draft\", \"normal\" "
+         "or "
          "\"fine\""},
     };
     for (const Bad& bad : all) {
@@ -452,6 +453,7 @@ TEST_CASE("A material is printed with its curves, and an unknown one is an error
     CHECK(seats.out.find("\nupholstered_seats ") != std::string::npos);
     CHECK(seats.out.find("carpet") == std::string::npos);
     CHECK(aula_with({"materials", "Teppich"}).out.find("\ncarpet ") != std::string::npos);
+    CHECK(aula_with({"materials", "schaum"}).out.find("\nfoam") != std::string::npos);
     CHECK(aula_with({"materials", "xyz"}).status == 2);
     CHECK(aula_with({"materials", "show"}).status == 2);
 }

@@ -25,7 +25,7 @@ usage: aula SCENE [options]                play live on the audio device
        aula import MODEL [--out SCENE.json]
                                            write the scene of a model, for editing
        aula materials [WORD]               list the materials that ship with Aula, or those whose
-                                           names contain or mean a word
+                                           names or sources hold it or which it means
        aula materials show NAME            print the coefficients of one of them as bars
        aula dataset plan|run|status|slurm|merge ...
                                            make many responses of random rooms (docs/datasets.md)

@@ -6,7 +6,7 @@
 #include <glm/common.hpp>
 #include <optional>
 
-#include "engine/model/material_guess.h"
+#include "engine/input/material_guess.h"
 
 namespace aula {
 

@@ -195,6 +195,25 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     CHECK(glm::distance(camera.position, Vec3(0, 0, 1.7F)) < 1e-6F);
     CHECK(glm::distance(camera.rotation()[0], Vec3(0, 1, 0)) < 1e-3F);
 
+    // Words of other languages are guesses. The light is none.
+    Json named_places = model;
+    for (const char* const node :
+         {R"({"name": "Lautsprecher links", "translation": [1, 2, 4]})",
+          R"({"name": "Hörer", "translation": [2, 1.5, 0]})",
+          R"({"name": "Light source", "extensions": {"KHR_lights_punctual": {"light": 0}}})"}) {
+        named_places["scenes"][0]["nodes"].push_back(named_places["nodes"].size());
+        named_places["nodes"].push_back(Json::parse(node));
+    }
+    const LoadedScene german =
+        load_scene(folder.write("german.gltf", named_places.dump()), SignalFiles::optional);
+    REQUIRE(german.scene.sources.size() == 3);
+    CHECK(german.scene.sources[2].name == "Lautsprecher links");
+    CHECK(has_guess(german,
+                    "source \"Lautsprecher links\" at (1.00, -4.00, 2.00): "
+                    "\"lautsprecher\" is in its name"));
+    CHECK(has_guess(german, "listener \"Hörer\" at (2.00, 0.00, 1.50): \"horer\" is in its name"));
+    CHECK_FALSE(has_guess(german, "Speaker_Left"));
+
     // Each sound of an emitter is a source. URIs have no spaces; sounds in the model are not read.
     folder.write("two words.wav", "");
     Json several = model;

@@ -1,4 +1,4 @@
-#include "engine/model/material_guess.h"
+#include "engine/input/material_guess.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "apps/window/view/material_search.h"
+#include "engine/model/material_search.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,6 +9,9 @@ TEST_CASE("A search finds materials by words of their names and sources") {
     LibraryMaterial entry;
     entry.material.name = "oak_parquet";
     entry.source = "Vorländer 2008, parquet on counterfloor";
+    const auto matches = [](const LibraryMaterial& of, const std::string& search) {
+        return MaterialSearch(search).finds(of);
+    };
     CHECK(matches(entry, ""));
     CHECK(matches(entry, "  "));
     CHECK(matches(entry, "oak"));
@@ -23,7 +26,9 @@ TEST_CASE("The shipped materials are narrowed by each word of a search") {
     const std::vector<LibraryMaterial> library = material_library();
     const auto found = [&](const std::string& search) {
         return std::count_if(library.begin(), library.end(),
-                             [&](const LibraryMaterial& entry) { return matches(entry, search); });
+                             [finder = MaterialSearch(search)](const LibraryMaterial& entry) {
+                                 return finder.finds(entry);
+                             });
     };
     CHECK(found("") == static_cast<std::ptrdiff_t>(library.size()));
     const std::ptrdiff_t glass = found("glass");
@@ -31,4 +36,8 @@ TEST_CASE("The shipped materials are narrowed by each word of a search") {
     CHECK(glass < found(""));
     CHECK(found("glass 4") <= glass);
     CHECK(found("no such material") == 0);
+    // By meaning.
+    CHECK(found("Holz") >= 3);
+    CHECK(found("schaum") > 0);
+    CHECK(found("Teppich") >= 2);
 }

@@ -1,0 +1,32 @@
+#include "engine/input/place_guess.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+
+using namespace aula;
+
+TEST_CASE("Names of four languages mean sources and listeners") {
+    for (const std::string name :
+         {"Lautsprecher links", "LAUTSPRECHER", "Quelle.001", "Schallquelle_1", "Haut-parleur G",
+          "HautParleur", "enceinte gauche", "Altavoces", "altavoz 2", "Fuente", "Main speaker",
+          "Source", "Speaker at the listener"}) {
+        CAPTURE(name);
+        const auto guess = guess_place(name);
+        REQUIRE(guess);
+        CHECK_FALSE(guess->is_listener);
+        CHECK_FALSE(guess->word.empty());
+    }
+    for (const std::string name :
+         {"Zuhörer", "Zuho\xcc\x88rer", "Zuhoerer", "Hörer 3", "Empfänger", "auditeur", "Récepteur",
+          "Oyente.002", "The listener at a speaker"}) {
+        CAPTURE(name);
+        const auto guess = guess_place(name);
+        REQUIRE(guess);
+        CHECK(guess->is_listener);
+    }
+}
+
+TEST_CASE("Words of sources within others mean nothing") {
+    for (const std::string name : {"", "Empty", "Resource", "Lichtquelle", "Gehör", "001", "\xcc"})
+        CHECK_FALSE(guess_place(name));
+}
