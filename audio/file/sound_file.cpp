@@ -33,26 +33,12 @@ constexpr std::size_t kMaxSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes 
 class DecodedFile {
  public:
     explicit DecodedFile(const fs::path& file)
-        : file_(file), reader_(embedded_sound_reader(), file, "a sound file") {
-        using Verdict = SoundHeader::Verdict;
-        constexpr const char* kFormats =
-            "; expected WAV, RF64, W64, AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE";
-        reader_.read(header_);
-        if (header_.verdict == Verdict::unknown_format)
-            fail(std::string("has an unknown format") + kFormats);
-        if (header_.magic != SoundHeader::kMagic || header_.verdict == Verdict::unreadable)
-            fail(std::string("cannot be read as sound") + kFormats);
-        switch (header_.verdict_of_format()) {
-            case Verdict::usable:
-                break;
-            case Verdict::wrong_rate:
-                fail("has a sample rate of " + std::to_string(header_.sample_rate_hz) +
-                     " Hz; expected " + std::to_string(SoundHeader::kLowestRate_hz) + " to " +
-                     std::to_string(SoundHeader::kHighestRate_hz) + " Hz");
-            default:
-                fail("has " + std::to_string(header_.channels) + " channels; expected 1 to " +
-                     std::to_string(SoundHeader::kMaxChannels));
-        }
+        : file_(file), reader_(embedded_sound_reader(), file, kExpected) {
+        read_header();
+    }
+    DecodedFile(std::string_view bytes, const fs::path& name)
+        : file_(name), reader_(embedded_sound_reader(), bytes, name, kExpected) {
+        read_header();
     }
 
     const SoundHeader& header() const { return header_; }
@@ -95,6 +81,30 @@ class DecodedFile {
     }
 
  private:
+    static constexpr const char* kExpected = "a sound file";
+
+    void read_header() {
+        using Verdict = SoundHeader::Verdict;
+        constexpr const char* kFormats =
+            "; expected WAV, RF64, W64, AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE";
+        reader_.read(header_);
+        if (header_.verdict == Verdict::unknown_format)
+            fail(std::string("has an unknown format") + kFormats);
+        if (header_.magic != SoundHeader::kMagic || header_.verdict == Verdict::unreadable)
+            fail(std::string("cannot be read as sound") + kFormats);
+        switch (header_.verdict_of_format()) {
+            case Verdict::usable:
+                break;
+            case Verdict::wrong_rate:
+                fail("has a sample rate of " + std::to_string(header_.sample_rate_hz) +
+                     " Hz; expected " + std::to_string(SoundHeader::kLowestRate_hz) + " to " +
+                     std::to_string(SoundHeader::kHighestRate_hz) + " Hz");
+            default:
+                fail("has " + std::to_string(header_.channels) + " channels; expected 1 to " +
+                     std::to_string(SoundHeader::kMaxChannels));
+        }
+    }
+
     /// Reads the next samples of all channels, interleaved. Returns false after the last ones.
     bool read_block(std::vector<float>& samples) {
         SoundBlock block;
@@ -119,16 +129,8 @@ void mute(std::vector<float>& samples, const fs::path& file, std::vector<std::st
                            " samples that are not finite, or beyond 1e6, taken as silence");
 }
 
-}  // namespace
-
-SoundInfo sound_info(const fs::path& file) {
-    const DecodedFile decoded(file);
-    const SoundHeader& header = decoded.header();
-    return {header.samples, static_cast<double>(header.sample_rate_hz), header.channels};
-}
-
-SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
-    DecodedFile decoded(file);
+/// A sound that is mixed down and resampled.
+SoundClip read_clip(DecodedFile& decoded, const fs::path& file, double sample_rate_hz) {
     const SoundHeader& header = decoded.header();
 
     SoundClip clip;
@@ -147,6 +149,24 @@ SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
     mute(clip.samples, file, clip.warnings);
     clip.samples = resample(clip.samples, 1, header.sample_rate_hz, sample_rate_hz);
     return clip;
+}
+
+}  // namespace
+
+SoundInfo sound_info(const fs::path& file) {
+    const DecodedFile decoded(file);
+    const SoundHeader& header = decoded.header();
+    return {header.samples, static_cast<double>(header.sample_rate_hz), header.channels};
+}
+
+SoundClip read_sound(const fs::path& file, double sample_rate_hz) {
+    DecodedFile decoded(file);
+    return read_clip(decoded, file, sample_rate_hz);
+}
+
+SoundClip read_sound(std::string_view bytes, const fs::path& name, double sample_rate_hz) {
+    DecodedFile decoded(bytes, name);
+    return read_clip(decoded, name, sample_rate_hz);
 }
 
 SoundChannels read_channels(const fs::path& file) {

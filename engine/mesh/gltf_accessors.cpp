@@ -231,10 +231,7 @@ std::string_view GltfAccessors::keep(const JsonReader& uri, std::string bytes) {
     return owned_.emplace_back(std::move(bytes));
 }
 
-/// `count` elements of `size` bytes in the view that "bufferView" of `json` names.
-GltfAccessors::Elements GltfAccessors::elements(const JsonReader& json, std::size_t count,
-                                                std::size_t size) {
-    const JsonReader reference = json.require("bufferView", "the number of a buffer view");
+std::string_view GltfAccessors::view(const JsonReader& reference) {
     const JsonReader& view = views_[gltf_index(reference, views_.size(), "buffer views")];
     const JsonReader of_view = view.require("buffer", "the number of a buffer");
     // A reader without the extension uses the data of the fallback buffer, which is empty where the
@@ -243,14 +240,22 @@ GltfAccessors::Elements GltfAccessors::elements(const JsonReader& json, std::siz
         if (!has_data(of_view) || is_required_[i])
             refuse_gltf_extension(view, kCompressions[i], kUncompressed);
     }
-    std::string_view bytes = buffer(of_view);
+    const std::string_view bytes = buffer(of_view);
     const std::size_t begin = size_value(view, "byteOffset", 0);
     const std::size_t length = size_value(view, "byteLength", 0);
     if (begin > bytes.size() || length > bytes.size() - begin) {
         view.fail("bytes beyond the buffer's " + std::to_string(bytes.size()) +
                   "; expected a part of it");
     }
-    bytes = bytes.substr(begin, length);
+    return bytes.substr(begin, length);
+}
+
+/// `count` elements of `size` bytes in the view that "bufferView" of `json` names.
+GltfAccessors::Elements GltfAccessors::elements(const JsonReader& json, std::size_t count,
+                                                std::size_t size) {
+    const JsonReader reference = json.require("bufferView", "the number of a buffer view");
+    const std::string_view bytes = this->view(reference);
+    const JsonReader& view = views_[gltf_index(reference, views_.size(), "buffer views")];
     const std::size_t stride = size_value(view, "byteStride", size);
     if (stride < size) {
         view.fail("a stride of " + std::to_string(stride) + "; expected at least " +

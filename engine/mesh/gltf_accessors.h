@@ -86,6 +86,10 @@ class GltfAccessors {
     GltfAccessor rotations(const JsonReader& reference);
     GltfAccessor indices(const JsonReader& reference);
 
+    /// The bytes of the buffer view whose number is `reference`, or of a data URI.
+    std::string_view view(const JsonReader& reference);
+    std::string_view data(const JsonReader& uri) { return load(uri); }
+
     /// True if the accessor whose number is `reference` has a buffer view. Without one, and without
     /// an extension that replaces it, its elements are zeros.
     bool is_stored(const JsonReader& reference) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,15 @@ inline std::size_t gltf_index(const JsonReader& json, std::size_t count, const c
                   "; expected one that exists");
     }
     return index;
+}
+
+/// The extension that has sources and their sounds.
+inline constexpr const char* kGltfAudio = "KHR_audio_emitter";
+
+/// The object of an extension in another one, if it is there.
+inline std::optional<JsonReader> gltf_extension(const JsonReader& json, const char* name) {
+    const auto extensions = json.find("extensions");
+    return extensions ? extensions->find(name) : std::nullopt;
 }
 
 /// What replaces an extension that compresses data.

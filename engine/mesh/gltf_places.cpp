@@ -15,13 +15,7 @@ namespace aula {
 
 namespace {
 
-constexpr const char* kEmitter = "KHR_audio_emitter";
 constexpr NumberRange kGain{0, 1e6, true, "a gain from 0 to 1e6"};
-
-std::optional<JsonReader> extension(const JsonReader& json) {
-    const auto extensions = json.find("extensions");
-    return extensions ? extensions->find(kEmitter) : std::nullopt;
-}
 
 double gain_of(const JsonReader& json) {
     const auto gain = json.find("gain");
@@ -31,11 +25,6 @@ double gain_of(const JsonReader& json) {
 std::string name_of(const JsonReader& node) {
     const auto name = node.find("name");
     return name ? name->string("a name") : "";
-}
-
-bool has_light(const JsonReader& node) {
-    const auto extensions = node.find("extensions");
-    return extensions && extensions->find("KHR_lights_punctual");
 }
 
 /// A place at a node that looks along an axis of it.
@@ -52,7 +41,7 @@ ImportedPlace place_at(ImportedPlace::Kind kind, std::string name, const glm::dm
 }  // namespace
 
 GltfPlaces::GltfPlaces(const JsonReader& root) {
-    const auto audio = extension(root);
+    const auto audio = gltf_extension(root, kGltfAudio);
     if (!audio) return;
     emitters_ = gltf_list(*audio, "emitters");
     sources_ = gltf_list(*audio, "sources");
@@ -75,7 +64,7 @@ void GltfPlaces::add(const JsonReader& node, const glm::dmat4& transform) {
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const bool is_said = lower.starts_with("source") || lower.starts_with("speaker") ||
                          lower.starts_with("listener");
-    if (!is_said && has_light(node)) return;  // "Light source"
+    if (!is_said && gltf_extension(node, "KHR_lights_punctual")) return;  // "Light source"
     const auto guess = guess_place(name);
     if (!guess) return;
     using Kind = ImportedPlace::Kind;
@@ -91,7 +80,7 @@ std::vector<ImportedPlace> GltfPlaces::take() {
 
 /// Returns whether the node has an emitter with a place.
 bool GltfPlaces::add_emitter(const JsonReader& node, ImportedPlace place) {
-    const auto of_node = extension(node);
+    const auto of_node = gltf_extension(node, kGltfAudio);
     const auto reference = of_node ? of_node->find("emitter") : std::nullopt;
     if (!reference) return false;
     const JsonReader& emitter = emitters_[gltf_index(*reference, emitters_.size(), "emitters")];
@@ -114,10 +103,14 @@ void GltfPlaces::read_sound(const JsonReader& source, ImportedPlace& place) cons
     if (const auto loop = source.find("loop")) place.loop = loop->boolean();
     const auto reference = source.find("audio");
     if (!reference) return;
-    const JsonReader& sound = sounds_[gltf_index(*reference, sounds_.size(), "sounds")];
-    const auto uri = sound.find("uri");
-    place.has_sound_inside = !uri || uri->string("a file beside this one").starts_with("data:");
-    if (place.has_sound_inside) return;
+    const std::size_t number = gltf_index(*reference, sounds_.size(), "sounds");
+    const auto uri = sounds_[number].find("uri");
+    if (!uri || uri->string("a file beside this one").starts_with("data:")) {
+        place.sound_inside = number;
+        if (const auto type = sounds_[number].find("mimeType"))
+            place.sound_type = type->string("a type");
+        return;
+    }
     const std::string text = decode_percent(uri->string("a file beside this one"));
     const std::filesystem::path file = text;
     const bool is_beside =

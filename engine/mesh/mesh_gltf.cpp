@@ -279,13 +279,35 @@ class GltfReader {
     std::vector<std::size_t> used_;           // elements of new_indices_ that are set
 };
 
+JsonValue parse_chunk(const Chunks& chunks) {
+    std::string_view text = chunks.json;
+    // Some programs pad the JSON chunk of a GLB file with NUL instead of spaces.
+    while (chunks.binary && text.ends_with('\0')) text.remove_suffix(1);
+    return parse_json(std::string(text), kPlace);
+}
+
 }  // namespace
 
+std::string read_gltf_sound(std::string_view bytes, std::size_t number, const OpenBuffer& open) {
+    const Chunks chunks = find_chunks(bytes);
+    const JsonValue json = parse_chunk(chunks);
+    const JsonReader root(json, kPlace);
+    GltfAccessors accessors(root, chunks.binary, open);
+    const auto audio = gltf_extension(root, kGltfAudio);
+    const std::vector<JsonReader> sounds =
+        audio ? gltf_list(*audio, "audio") : std::vector<JsonReader>{};
+    if (number >= sounds.size())
+        throw InputError("has no sound " + std::to_string(number) + "; expected a number below " +
+                         std::to_string(sounds.size()));
+    const auto uri = sounds[number].find("uri");
+    return std::string(
+        uri ? accessors.data(*uri)
+            : accessors.view(sounds[number].require("bufferView", "the number of a buffer view")));
+}
+
 ImportedMesh read_gltf(std::string_view bytes, const OpenBuffer& open) {
-    Chunks chunks = find_chunks(bytes);
-    // Some programs pad the JSON chunk of a GLB file with NUL instead of spaces.
-    while (chunks.binary && chunks.json.ends_with('\0')) chunks.json.remove_suffix(1);
-    const JsonValue json = parse_json(std::string(chunks.json), kPlace);
+    const Chunks chunks = find_chunks(bytes);
+    const JsonValue json = parse_chunk(chunks);
     const JsonReader root(json, kPlace);
     return GltfReader(root, chunks.binary, open).read();
 }

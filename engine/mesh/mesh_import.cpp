@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <system_error>
 #include <utility>
 
 #include "aula/exception.h"
@@ -12,6 +14,10 @@
 namespace aula {
 
 namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kMark = '#';  // between a model and the number of its sound
 
 /// The extension in lower case, with its dot.
 std::string extension_of(const std::filesystem::path& file) {
@@ -36,6 +42,31 @@ bool is_gltf_file(const std::filesystem::path& file) {
 bool is_mesh_file(const std::filesystem::path& file) {
     const std::string extension = extension_of(file);
     return is_gltf_file(file) || extension == ".obj" || extension == ".ply" || extension == ".stl";
+}
+
+fs::path SoundInModel::name() const { return model.string() + kMark + std::to_string(number); }
+
+std::optional<SoundInModel> SoundInModel::of_name(const fs::path& name) {
+    const std::string text = name.string();
+    const std::size_t mark = std::min(text.rfind(kMark), text.size());
+    SoundInModel sound{text.substr(0, mark)};
+    if (mark == text.size() || !is_gltf_file(sound.model)) return std::nullopt;
+    const char* const end = text.data() + text.size();
+    const auto [last, error] = std::from_chars(text.data() + mark + 1, end, sound.number);
+    if (error != std::errc() || last != end) return std::nullopt;
+    return sound;
+}
+
+std::string SoundInModel::read() const {
+    try {
+        return read_gltf_sound(read_regular_file(model, kMaxMeshBytes, "a model"), number,
+                               [&](const fs::path& buffer) {
+                                   return read_regular_file(model.parent_path() / buffer,
+                                                            kMaxMeshBytes, "a buffer");
+                               });
+    } catch (const InputError& reason) {
+        throw InputError(name().string() + ": " + reason.what());
+    }
 }
 
 ImportedMesh import_mesh(const std::filesystem::path& file) {

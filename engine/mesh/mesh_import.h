@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,14 +19,15 @@ struct ImportedPlace {
     enum class Kind { source, listener };
 
     Kind kind = Kind::source;
-    std::string name;               ///< of its node
-    Vec3 position{0};               ///< in the axes and units of the file
-    Vec3 front{0};                  ///< where it looks; not normalized
-    double gain = 1;                ///< linear
-    std::string guessed_by;         ///< the word of its name, if that alone makes it a place
-    bool loop = false;              ///< whether the sound is repeated
-    std::string sound;              ///< a file beside the model; empty: none
-    bool has_sound_inside = false;  ///< in the model, which is not read
+    std::string name;        ///< of its node
+    Vec3 position{0};        ///< in the axes and units of the file
+    Vec3 front{0};           ///< where it looks; not normalized
+    double gain = 1;         ///< linear
+    std::string guessed_by;  ///< the word of its name, if that alone makes it a place
+    bool loop = false;       ///< whether the sound is repeated
+    std::string sound;       ///< a file beside the model; empty: none
+    std::optional<std::size_t> sound_inside;  ///< SoundInModel::number
+    std::string sound_type;  ///< of the sound inside, such as "audio/mpeg"; may be empty
 };
 
 /// The triangles of a mesh file with node transforms applied, in the axes and units of the file.
@@ -52,6 +55,19 @@ inline constexpr const char* kNamelessMaterial = "DefaultMaterial";
 /// Whether the file's extension is that of OBJ, glTF, GLB, PLY or STL, in any case; of glTF or GLB.
 bool is_mesh_file(const std::filesystem::path& file);
 bool is_gltf_file(const std::filesystem::path& file);
+
+/// A sound inside a glTF file, by its number in the "audio" of KHR_audio_emitter.
+struct SoundInModel {
+    std::filesystem::path model;
+    std::size_t number = 0;
+
+    /// Its name in scene files: "room.glb#0".
+    std::filesystem::path name() const;
+    /// The sound of that name; empty if it is the name of a file.
+    static std::optional<SoundInModel> of_name(const std::filesystem::path& name);
+    /// The bytes of its file. Throws InputError.
+    std::string read() const;
+};
 
 /// Reads OBJ, glTF, GLB, PLY or STL according to the file's extension. The file may be malicious:
 /// its size is bounded, all indices are checked and reading never blocks. Throws InputError with

@@ -29,4 +29,8 @@ using OpenBuffer = std::function<std::string(const std::filesystem::path&)>;
 /// skins are ignored; compressed triangles are an error.
 ImportedMesh read_gltf(std::string_view bytes, const OpenBuffer& open);
 
+/// The bytes of a sound that is inside a glTF file: the one with that number in the "audio" of
+/// KHR_audio_emitter.
+std::string read_gltf_sound(std::string_view bytes, std::size_t number, const OpenBuffer& open);
+
 }  // namespace aula

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "aula/engine/material_library.h"
@@ -19,6 +20,7 @@
 #include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/scene/scene_values.h"
+#include "process/regular_file.h"
 
 namespace aula {
 
@@ -61,6 +63,20 @@ std::string library_spelling(std::string name) {
         c = c == ' ' || c == '-' ? '_'
                                  : static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return name;
+}
+
+constexpr std::uint64_t kSoundMark = 4;
+
+/// Whether the first bytes are those of a file that read_sound() may read.
+bool is_sound(std::string_view bytes) {
+    constexpr std::array<std::string_view, 10> kMarks{"RIFF", "RIFX", "RF64", "riff", "FORM",
+                                                      ".snd", "caff", "fLaC", "OggS", "NIST"};
+    const std::string_view mark = bytes.substr(0, kSoundMark);
+    if (mark.starts_with("ID3") || std::find(kMarks.begin(), kMarks.end(), mark) != kMarks.end())
+        return true;
+    // A frame of MPEG audio; layer 0 is AAC.
+    return mark.size() > 1 && mark[0] == '\xff' && (mark[1] & 0xe0) == 0xe0 &&
+           (mark[1] & 0x06) != 0;
 }
 
 Bounds bounds_of(const std::vector<Vec3>& vertices) {
@@ -247,15 +263,28 @@ class SceneMaker {
 
     /// The sound of a place, if its file is there.
     std::optional<std::string> sound_of(const ImportedPlace& place) {
-        if (place.has_sound_inside)
-            guess("source " + quoted(place.name) +
-                  ": claps, its sound is inside the model; expected a file beside it");
-        if (place.sound.empty()) return std::nullopt;
-        const fs::path file = file_.parent_path() / place.sound;
+        if (!place.sound_inside && place.sound.empty()) return std::nullopt;
+        const SoundInModel inside{file_, place.sound_inside.value_or(0)};
+        const fs::path name =
+            place.sound_inside ? inside.name() : file_.parent_path() / place.sound;
         std::error_code error;
-        if (fs::is_regular_file(file, error)) return name_of(file);
-        guess("source " + quoted(place.name) + ": claps, its sound " + quoted(file.string()) +
-              " is missing");
+        if (!place.sound_inside && !fs::is_regular_file(name, error)) {
+            guess("source " + quoted(place.name) + ": claps, its sound " + quoted(name.string()) +
+                  " is missing");
+            return std::nullopt;
+        }
+        try {
+            const std::string begin = place.sound_inside
+                                          ? inside.read()
+                                          : RegularFile(name, "a sound").read(0, kSoundMark);
+            if (is_sound(begin)) return name_of(name);
+            guess(
+                "source " + quoted(place.name) + ": claps, its sound " + quoted(name.string()) +
+                (place.sound_type.empty() ? "" : " of the type " + quoted(place.sound_type)) +
+                " is of a format that is not read; expected WAV, AIFF, AU, CAF, FLAC, Ogg or MP3");
+        } catch (const InputError& reason) {
+            guess("source " + quoted(place.name) + ": claps, " + reason.what());
+        }
         return std::nullopt;
     }
 

@@ -177,15 +177,28 @@ const char* how_it_ended(int status) {
 ContainedProcess::ContainedProcess(const ContainedProgram& program, std::filesystem::path file,
                                    std::string expected)
     : file_(std::move(file)), expected_(std::move(expected)) {
-    const RegularFile input(file_, expected_.c_str());
+    begin(program, RegularFile(file_, expected_.c_str()).descriptor());
+}
+
+ContainedProcess::ContainedProcess(const ContainedProgram& program, std::string_view bytes,
+                                   std::filesystem::path name, std::string expected)
+    : file_(std::move(name)), expected_(std::move(expected)) {
+    const int made = memfd_create(kName, MFD_CLOEXEC);
+    if (made < 0) fail_to_start(file_, errno);
+    const Descriptor input(made);
+    if (!write_all(input, std::as_bytes(std::span(bytes)))) fail_to_start(file_, errno);
+    begin(program, input);
+}
+
+/// Starts the process.
+void ContainedProcess::begin(const ContainedProgram& program, const Descriptor& input) {
     int ends[2] = {-1, -1};
     if (pipe2(ends, O_CLOEXEC) != 0) fail_to_start(file_, errno);
     output_.emplace(ends[0]);
     const Descriptor to(ends[1]);
     const std::optional<Descriptor> executable = open_program(program);
     if (!executable) fail_to_start(file_, errno);
-    if (const int error = start(*executable, input.descriptor(), to, id_))
-        fail_to_start(file_, error);
+    if (const int error = start(*executable, input, to, id_)) fail_to_start(file_, error);
     answered_ = Clock::now();
 }
 

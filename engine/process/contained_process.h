@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <variant>
 #include <vector>
@@ -28,6 +29,9 @@ class ContainedProcess {
     /// file that may be read; Failure if the process cannot be started.
     ContainedProcess(const ContainedProgram& program, std::filesystem::path file,
                      std::string expected);
+    /// The same for a file in memory; `name` is that in messages.
+    ContainedProcess(const ContainedProgram& program, std::string_view bytes,
+                     std::filesystem::path name, std::string expected);
     ~ContainedProcess();
     ContainedProcess(const ContainedProcess&) = delete;
     ContainedProcess& operator=(const ContainedProcess&) = delete;
@@ -51,6 +55,7 @@ class ContainedProcess {
  private:
     using Clock = std::chrono::steady_clock;
 
+    void begin(const ContainedProgram& program, const Descriptor& input);
     /// Waits for the next part of the answer.
     void wait_for_answer();
     [[noreturn]] void refuse_as_ended(int status) const;

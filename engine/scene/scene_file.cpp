@@ -6,6 +6,7 @@
 
 #include "aula/exception.h"
 #include "engine/input/names.h"
+#include "engine/mesh/mesh_import.h"
 #include "engine/scene/scene_geometry.h"
 #include "engine/scene/scene_reading.h"
 #include "engine/scene/scene_values.h"
@@ -104,7 +105,9 @@ void read_signal(const JsonReader& json, const std::filesystem::path& folder, Si
     } else {
         source.signal = Source::Signal::file;
         source.signal_file = folder / signal;
-        if (signals == SignalFiles::required) require_file(json, source.signal_file, kExpected);
+        if (signals != SignalFiles::required) return;
+        const auto inside = SoundInModel::of_name(source.signal_file);
+        require_file(json, inside ? inside->model : source.signal_file, kExpected);
     }
 }
 

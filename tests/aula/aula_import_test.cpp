@@ -96,3 +96,37 @@ TEST_CASE("Wrong arguments of import are refused") {
     require_refused(folder, {"import", model, "--height", "1"}, {"--height", "map"});
     require_refused(folder, {"import", folder.write("empty.obj", "")}, {"empty.obj"});
 }
+
+TEST_CASE("A sound inside a model sounds as its file") {
+    const TemporaryFolder folder;
+    const std::filesystem::path corpus = AULA_SOURCE_DIR "/tests/fuzz/corpus/sound";
+    const auto rendered = [&](const std::string& signal) {
+        const std::string out = folder.path() / "out.wav";
+        const std::string scene = folder.write("room.json", R"({"aula": 1,
+            "geometry": [{"box": [5, 4, 3], "material": "plaster"}],
+            "sources": [{"position": [1, 1, 1], "loop": true, "signal": ")" +
+                                                                signal + R"("}],
+            "listener": {"position": [3, 2, 1.5]}})");
+        const ProgramResult result =
+            aula_with({scene, "--offline", out, "--duration", "0.1", "--quiet"});
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        return read_file(out);
+    };
+    for (const char* const name : {"wav_pcm16", "mp3", "vorbis"}) {
+        CAPTURE(name);
+        const std::string file = corpus / name;
+        const std::string base64 = run_program({"base64", "-w0", file}).out;
+        folder.write("sounds.gltf", R"({"asset": {"version": "2.0"}, "extensions":
+            {"KHR_audio_emitter": {"audio": [{"uri": "data:audio/x;base64,)" +
+                                        base64 + R"("}]}}})");
+        CHECK(rendered("sounds.gltf#0") == rendered(file));
+    }
+    // Companion: the sounds differ.
+    CHECK(rendered(corpus / "wav_pcm16") != rendered(corpus / "vorbis"));
+    const std::string missing = folder.write("missing.json", R"({"aula": 1, "sources":
+        [{"position": [1, 1, 1], "signal": "sounds.gltf#1"}], "listener": {"position": [3, 2, 1]}})");
+    const ProgramResult check = aula_with({"check", missing});
+    CHECK(check.status == 2);
+    CHECK_THAT(check.err, Contains("sounds.gltf#1: has no sound 1; expected"));
+}

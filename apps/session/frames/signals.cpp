@@ -9,6 +9,7 @@
 #include "aula/audio/sound_file.h"
 #include "aula/exception.h"
 #include "engine/base/sampling.h"
+#include "engine/mesh/mesh_import.h"
 
 namespace aula {
 
@@ -48,7 +49,9 @@ Signal::Signal(const Source& source, double sample_rate_hz, std::uint64_t noise_
         samples_.assign(loop_ ? static_cast<std::size_t>(std::lround(sample_rate_hz)) : 1, 0.0F);
         samples_[0] = 1;
     } else if (source.signal == Source::Signal::file) {
-        SoundClip clip = read_sound(source.signal_file, sample_rate_hz);
+        const auto inside = SoundInModel::of_name(source.signal_file);
+        SoundClip clip = inside ? read_sound(inside->read(), source.signal_file, sample_rate_hz)
+                                : read_sound(source.signal_file, sample_rate_hz);
         if (clip.samples.empty())
             throw InputError(source.signal_file.string() + ": no samples; expected a sound");
         samples_ = std::move(clip.samples);

@@ -144,7 +144,7 @@ TEST_CASE("What the user knows replaces the guess") {
 TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     const TemporaryFolder folder;
     folder.write("square.bin", square_bytes());
-    folder.write("voice.wav", "");
+    folder.write("voice.wav", "RIFF");
     Json model = square_gltf();
     model["materials"] = Json::parse(R"([{"name": "Panel", "extras":
         {"absorption": 0.5, "scattering": [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.2], "other": 1}}])");
@@ -214,8 +214,8 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     CHECK(has_guess(german, "listener \"Hörer\" at (2.00, 0.00, 1.50): \"horer\" is in its name"));
     CHECK_FALSE(has_guess(german, "Speaker_Left"));
 
-    // Each sound of an emitter is a source. URIs have no spaces; sounds in the model are not read.
-    folder.write("two words.wav", "");
+    // Each sound of an emitter is a source. URIs have no spaces.
+    folder.write("two words.wav", "OggS");
     Json several = model;
     auto& audio = several["extensions"]["KHR_audio_emitter"];
     audio["emitters"][0]["sources"] = {0, 1, 2};
@@ -229,8 +229,37 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     CHECK(many.scene.sources[2].name == "voice 2");
     CHECK(many.scene.sources[2].position == many.scene.sources[1].position);
     CHECK(many.scene.sources[2].gain_db == Approx(0).margin(0.01));
+    // The buffer view has the corners of the square.
     CHECK(many.scene.sources[3].signal == Source::Signal::impulse);
-    CHECK(has_guess(many, "source \"voice\": claps, its sound is inside the model"));
+    CHECK(has_guess(many, "source \"voice\": claps, its sound \"" +
+                              (folder.path() / "several.gltf").string() +
+                              "#2\" is of a format that is not read; expected"));
+
+    // Sounds in the model: a data URI and a buffer view.
+    Json inside = several;
+    auto& sounds = inside["extensions"]["KHR_audio_emitter"];
+    inside["buffers"].push_back(
+        {{"uri", "data:application/octet-stream;base64,AABSSUZGAA=="}, {"byteLength", 7}});
+    const auto number = inside["buffers"].size() - 1;
+    inside["bufferViews"].push_back({{"buffer", number}, {"byteOffset", 2}, {"byteLength", 5}});
+    sounds["audio"] = {{{"uri", "data:audio/mpeg;base64,SUQzBAA="}, {"mimeType", "audio/mpeg"}},
+                       {{"bufferView", inside["bufferViews"].size() - 1}},
+                       {{"uri", "data:audio/mp4;base64,AAAAIGZ0eXA="}, {"mimeType", "audio/mp4"}}};
+    const auto file_inside = folder.write("inside.gltf", inside.dump());
+    const LoadedScene carried = load_scene(file_inside);
+    REQUIRE(carried.scene.sources.size() == 4);
+    CHECK(carried.scene.sources[1].signal_file == folder.path() / "inside.gltf#0");
+    CHECK(SoundInModel::of_name(carried.scene.sources[1].signal_file).value().read() ==
+          std::string("ID3\x04\0", 5));
+    CHECK(SoundInModel::of_name(carried.scene.sources[2].signal_file).value().read() ==
+          std::string("RIFF\0", 5));
+    CHECK(carried.scene.sources[3].signal == Source::Signal::impulse);
+    CHECK(has_guess(carried, "inside.gltf#2\" of the type \"audio/mp4\" is of a format"));
+    for (const char* const name :
+         {"inside.gltf", "a.wav#0", "inside.gltf#", "inside.gltf#x", "inside.gltf#-1"})
+        CHECK_FALSE(SoundInModel::of_name(name));
+    CHECK_THROWS_WITH((SoundInModel{file_inside, 3}.read()),
+                      Contains("inside.gltf#3: ") && Contains("has no sound 3; expected a number below 3"));
 
     // A name of the library, a sound that is missing, and a coefficient that is none.
     std::filesystem::remove(folder.path() / "voice.wav");

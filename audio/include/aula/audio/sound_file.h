@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace aula {
@@ -26,6 +27,10 @@ struct SoundClip {
 /// no sample, or more than 2^28 samples before or after resampling; Failure if the child process
 /// cannot be started.
 SoundClip read_sound(const std::filesystem::path& file, double sample_rate_hz);
+
+/// The same for the bytes of such a file; `name` is that in messages.
+SoundClip read_sound(std::string_view bytes, const std::filesystem::path& name,
+                     double sample_rate_hz);
 
 /// The channels of a sound file at its sample rate.
 struct SoundChannels {
