@@ -296,6 +296,7 @@ struct Propagation::State {
                                });
         };
         const std::size_t count = set.responses.size();
+        statistics.image_candidates += count * specular.candidate_count();
         if (count < static_cast<std::size_t>(workers.threads())) {
             for (std::size_t pair = 0; pair < count; ++pair) find(pair, &workers);
         } else {
@@ -410,13 +411,14 @@ std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
                                                       std::span<const Vec3> receivers) {
     State& s = *state_;
     assert(s.frame > 0 && s.simulation.estimator == Estimator::patch);
-    const FrameStatistics of_step = s.statistics;
+    FrameStatistics of_step = s.statistics;
     FrameInput input = given;
     input.listeners.assign(receivers.begin(), receivers.end());
     input = s.nudged(input);
     PairSet set = s.resting_pairs(input);
     s.find_paths(input, s.frame - 1, set);
     s.at_rest_memories = std::move(set.memories);
+    of_step.image_candidates = s.statistics.image_candidates;
     s.statistics = of_step;
     s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
     return std::move(set.responses);

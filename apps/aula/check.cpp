@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
@@ -15,6 +14,7 @@
 #include "apps/aula/room_positions.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"
+#include "apps/session/frames/ray_budget.h"
 #include "apps/session/frames/signals.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
@@ -278,16 +278,21 @@ bool is_on(const RayScene::Triangle& triangle, const Vec3& point) {
     return true;
 }
 
+using Overlaps = std::vector<CoplanarFaces::Overlap>;
+
 /// [overlap] Share of the reflections that it has from the initial positions. An overlap in a
 /// closed body, such as below a cupboard that stands on the floor, has none. A path may lead
 /// through such bodies.
-std::vector<double> reflections_on_overlaps(const RayScene& rays, const SortedPositions& sorted) {
+std::vector<double> reflections_on(const Overlaps& overlaps, const RayScene& rays,
+                                   const SortedPositions& sorted) {
     std::vector<Vec3> inside;
     for (const NamedPosition& item : sorted.inside)
         if (!item.time_s) inside.push_back(item.position);
-    const auto overlaps = rays.coplanar_faces().overlaps();
-    std::multimap<std::uint32_t, std::size_t> of_triangle;  // heard -> overlap
-    for (std::size_t i = 0; i < overlaps.size(); ++i) of_triangle.emplace(overlaps[i].heard, i);
+    std::multimap<std::uint32_t, std::size_t> of_triangle;  // -> overlap
+    for (std::size_t i = 0; i < overlaps.size(); ++i) {
+        of_triangle.emplace(overlaps[i].heard, i);
+        of_triangle.emplace(overlaps[i].covered, i);
+    }
     std::vector<double> shares(overlaps.size(), 0);
     double hits = 0;
     const RandomWalks walks{.paths = 4096, .bounces = 32, .seed = kRoomSeed};
@@ -295,65 +300,99 @@ std::vector<double> reflections_on_overlaps(const RayScene& rays, const SortedPo
         if (!hit.any()) return;
         ++hits;
         const auto [from, to] = of_triangle.equal_range(hit.triangle);
-        for (auto o = from; o != to; ++o)
-            if (is_on(rays.triangle(overlaps[o->second].covered), rays.point(hit, ray.direction)))
-                ++shares[o->second];
+        const Vec3 point = rays.point(hit, ray.direction);
+        for (auto o = from; o != to; ++o) {
+            const auto& [covered, heard, area_m2, middle, is_layer] = overlaps[o->second];
+            const std::uint32_t other = hit.triangle == heard ? covered : heard;
+            if (is_on(rays.triangle(other), point)) ++shares[o->second];
+        }
     });
     for (double& share : shares) share /= std::max(1.0, hits);
     return shares;
 }
 
-/// Names the materials of coplanar faces that overlap where sound is.
-void check_coplanar_faces(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
-                          Findings& findings) {
+/// Two materials of overlaps, the heard one first, and what is common to them.
+struct MaterialPair {
+    double area_m2 = 0;
+    double share = 0;  ///< of the reflections
+    CoplanarFaces::Overlap largest;
+};
+using MaterialPairs = std::map<std::pair<std::uint32_t, std::uint32_t>, MaterialPair>;
+
+/// The pairs of different materials whose overlaps change results.
+MaterialPairs pairs_of(const Overlaps& overlaps, const RayScene& rays,
+                       const SortedPositions& sorted, const Findings& findings) {
     // Share of the reflections below which another material changes no result: a fiftieth of the
     // just noticeable difference of the reverberation time, if one absorbs all and one nothing.
     constexpr double kNamed = 1e-3;
     // Parts on which third faces are heard are zero but for rounding: a square centimetre.
     constexpr double kLeast_m2 = 1e-4;
-    if (const auto triangle = rays.coplanar_faces().not_searched())
-        findings.warn("too many faces are in the plane of " +
-                      quoted(scene.materials[rays.triangle(*triangle).material].name) +
-                      " to search for those that overlap: rays hit either; fewer faces, or 2 mm "
-                      "between them, are exact");
-    const auto overlaps = rays.coplanar_faces().overlaps();
-    if (overlaps.empty()) return;
+    MaterialPairs pairs;
+    if (overlaps.empty()) return pairs;
     const std::vector<double> shares = result_of(
-        kMeasuring, findings.arguments(), [&] { return reflections_on_overlaps(rays, sorted); });
-    struct Pair {
-        double area_m2 = 0;
-        double share = 0;  // of the reflections
-        CoplanarFaces::Overlap largest;
-    };
-    std::map<std::pair<std::uint32_t, std::uint32_t>, Pair> pairs;  // materials heard and covered
+        kMeasuring, findings.arguments(), [&] { return reflections_on(overlaps, rays, sorted); });
     for (std::size_t i = 0; i < overlaps.size(); ++i) {
         const CoplanarFaces::Overlap& overlap = overlaps[i];
         const std::uint32_t heard = rays.triangle(overlap.heard).material;
         const std::uint32_t covered = rays.triangle(overlap.covered).material;
         if (heard == covered || shares[i] == 0) continue;
-        Pair& pair = pairs[{heard, covered}];
+        MaterialPair& pair = pairs[{heard, covered}];
         pair.area_m2 += overlap.area_m2;
         pair.share += shares[i];
         if (overlap.area_m2 > pair.largest.area_m2) pair.largest = overlap;
     }
-    for (const auto& [materials, pair] : pairs) {
-        if (pair.share < kNamed || pair.area_m2 < kLeast_m2) continue;
-        const Vec3& at = pair.largest.middle;
-        findings.warn(
-            formatted("%.3g m2 of ", pair.area_m2) + quoted(scene.materials[materials.first].name) +
-            " are in the plane of " + quoted(scene.materials[materials.second].name) +
-            formatted(", as at (%.2f, %.2f, %.2f)", double{at.x}, double{at.y}, double{at.z}) +
-            ": of faces that overlap, the smaller one is heard");
-    }
+    std::erase_if(pairs, [](const auto& item) {
+        return item.second.share < kNamed || item.second.area_m2 < kLeast_m2;
+    });
+    return pairs;
 }
 
-/// Processor time of a frame, after the first one, which finds patches and edges.
-double frame_s(const Scene& scene, const Simulation& simulation) {
+/// Faces that lie on each other: with the same corners, and of the same area.
+Overlaps faces_in_contact(const RayScene& rays) {
+    const auto contacts = rays.coplanar_faces().contacts();
+    Overlaps faces(contacts.begin(), contacts.end());
+    for (const RayScene::Twin& twin : rays.twins()) {
+        const RayScene::Triangle& t = rays.triangle(twin.first);
+        faces.push_back({.covered = twin.omitted,
+                         .heard = twin.first,
+                         .area_m2 = double{t.area_m2()},
+                         .middle = (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3.0F});
+    }
+    return faces;
+}
+
+/// Names the materials of coplanar faces that overlap where sound is.
+void check_coplanar_faces(const Scene& scene, const RayScene& rays, const SortedPositions& sorted,
+                          Findings& findings) {
+    if (const auto triangle = rays.coplanar_faces().not_searched())
+        findings.warn("too many faces are in the plane of " +
+                      quoted(scene.materials[rays.triangle(*triangle).material].name) +
+                      " to search for those that overlap: rays hit either; fewer faces, or 2 mm "
+                      "between them, are exact");
+    const auto warn = [&](const Overlaps& overlaps, const char* between, const char* what) {
+        for (const auto& [materials, pair] : pairs_of(overlaps, rays, sorted, findings)) {
+            const Vec3& at = pair.largest.middle;
+            findings.warn(
+                formatted("%.3g m2 of ", pair.area_m2) +
+                quoted(scene.materials[materials.first].name) + between +
+                quoted(scene.materials[materials.second].name) +
+                formatted(", as at (%.2f, %.2f, %.2f)", double{at.x}, double{at.y}, double{at.z}) +
+                what);
+        }
+    };
+    const auto overlaps = rays.coplanar_faces().overlaps();
+    warn({overlaps.begin(), overlaps.end()}, " are in the plane of ",
+         ": of faces that overlap, the smaller one is heard");
+    warn(faces_in_contact(rays), " lie on equal faces of ",
+         ": one of them is heard, on both sides; a wall with two materials needs a thickness");
+}
+
+/// Counted time of a frame, after the first one, which has no caches.
+double counted_frame_s(const Scene& scene, const Simulation& simulation) {
     constexpr int kFrames = 3;
     Propagation propagation(scene, simulation);
-    std::clock_t begin = 0;
+    double sum_s = 0;
     for (int f = 0; f <= kFrames; ++f) {
-        if (f == 1) begin = std::clock();
         const double time_s = f / double{simulation.frame_rate_hz};
         FrameInput input{.time_s = time_s,
                          .sources = {},
@@ -361,12 +400,13 @@ double frame_s(const Scene& scene, const Simulation& simulation) {
         for (const Source& source : scene.sources)
             input.sources.push_back(source.position_at(time_s));
         propagation.step(input);
+        if (f > 0) sum_s += counted_s(propagation.statistics());
     }
-    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / kFrames;
+    return sum_s / kFrames;
 }
 
 /// Warns of settings that cost ten times real time: a player that lowers what it can is late with
-/// the rest. The time of many rays is extrapolated from few.
+/// the rest. The time is counted (counted_s()), that of many rays is extrapolated from few.
 void check_cost(const Scene& scene, Findings& findings) {
     constexpr double kMostTimes = 10;
     constexpr int kFewRays = 200;
@@ -384,7 +424,7 @@ void check_cost(const Scene& scene, Findings& findings) {
     const auto [few_s, more_s] = result_of(kMeasuring, findings.arguments(), [&] {
         Simulation few = measured;
         few.rays = std::min(given_rays, kFewRays);
-        return std::pair(frame_s(scene, few), frame_s(scene, measured));
+        return std::pair(counted_frame_s(scene, few), counted_frame_s(scene, measured));
     });
     const double ray_s = std::max(0.0, more_s - few_s) / (kUsualRays - kFewRays);
     const double frame_s = more_s + ray_s * (given_rays - *measured.rays);

@@ -170,6 +170,10 @@ class Plane {
             const Rank& of_a = ranks[faces_[a].region];
             const Rank& of_b = ranks[faces_[b].region];
             const bool in_layers = layers[faces_[a].region] || layers[faces_[b].region];
+            if (are_equal(of_a, of_b) && !apart && is_other_material(a, b))
+                contacts_.push_back(faces_[a].triangle < faces_[b].triangle
+                                        ? part(faces_[b], {}, a)
+                                        : part(faces_[a], {}, b));
             if (are_equal(of_a, of_b) || (apart && in_layers)) continue;
             if (of_a < of_b) std::swap(a, b);
             on[a].push_back(b);
@@ -183,6 +187,9 @@ class Plane {
         }
         return found;
     }
+
+    /// Of overlaps().
+    const std::vector<Overlap>& contacts() const { return contacts_; }
 
  private:
     /// The area and the first triangle of a face: the least is heard.
@@ -202,6 +209,10 @@ class Plane {
     std::pair<std::uint32_t, std::uint32_t> kind(const Face& face) const {
         const RayScene::Triangle& t = scene_.triangle(face.triangle);
         return {t.object, t.material};
+    }
+
+    bool is_other_material(std::size_t a, std::size_t b) const {
+        return kind(faces_[a]).second != kind(faces_[b]).second;
     }
 
     std::optional<Pairs> overlapping(Budget& budget) {
@@ -337,6 +348,7 @@ class Plane {
     std::array<glm::dvec3, 2> axes_{};
     glm::dvec3 origin_{0};
     std::vector<Face> faces_;
+    std::vector<Overlap> contacts_;
 };
 
 }  // namespace
@@ -361,7 +373,9 @@ CoplanarFaces::CoplanarFaces(const RayScene& scene, const ScenePlanes& planes,
         }
         if (!one_kind) {
             const ScenePlanes::Plane& plane = planes[from->first];
-            const auto found = Plane(scene, plane, std::span(from, to)).overlaps(budget);
+            Plane faces(scene, plane, std::span(from, to));
+            const auto found = faces.overlaps(budget);
+            contacts_.insert(contacts_.end(), faces.contacts().begin(), faces.contacts().end());
             if (found && overlaps_.size() + found->size() <= kMostOverlaps) {
                 overlaps_.insert(overlaps_.end(), found->begin(), found->end());
             } else if (!not_searched_) {

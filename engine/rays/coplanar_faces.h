@@ -42,6 +42,10 @@ class CoplanarFaces {
     /// Sorted by the covered triangle.
     std::span<const Overlap> overlaps() const { return overlaps_; }
 
+    /// Parts of faces of equal area and different material that touch: rays hit either. `heard` is
+    /// the earlier triangle.
+    std::span<const Overlap> contacts() const { return contacts_; }
+
     /// The largest triangle of the first plane that is not searched.
     std::optional<std::uint32_t> not_searched() const { return not_searched_; }
 
@@ -76,6 +80,7 @@ class CoplanarFaces {
     void add(const RayScene& scene, std::span<const Overlap> on_one_triangle);
 
     std::vector<Overlap> overlaps_;
+    std::vector<Overlap> contacts_;
     std::optional<std::uint32_t> not_searched_;
     std::vector<std::uint32_t> index_of_;  ///< [triangle] in grids_, or kNone; empty without any
     std::vector<Grid> grids_;

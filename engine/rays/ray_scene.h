@@ -112,6 +112,9 @@ class RayScene {
     /// overlap.
     std::uint32_t heard_at(std::uint32_t triangle, const Vec3& point) const;
 
+    /// Sorted.
+    std::span<const Twin> twins() const { return twins_; }
+
     /// The static faces that overlap in one plane.
     const CoplanarFaces& coplanar_faces() const { return coplanar_faces_; }
 

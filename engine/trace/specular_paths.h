@@ -66,6 +66,9 @@ class SpecularPaths {
     /// Highest order at which every sequence is a candidate, at most order().
     int listed_order() const { return static_cast<int>(listed_order_); }
 
+    /// Number of sequences that find() examines.
+    std::size_t candidate_count() const { return listed_.size() + discovered_.size(); }
+
     /// True if rays count the purely specular paths of an order, or those of them over facets.
     bool leaves_to_rays(int order) const { return order > listed_order() || has_facets_; }
 

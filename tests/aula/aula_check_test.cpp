@@ -41,50 +41,6 @@ TEST_CASE("Positions in a room without a ceiling are inside") {
     CHECK_THAT(open.err, !Contains("escape"));
 }
 
-TEST_CASE("A window drawn on a wall is named and heard, a cupboard at a wall is neither") {
-    const TemporaryFolder folder;
-    const std::string scene = R"({"aula": 1, "geometry": [
-        {"box": [5, 4, 3], "material": "brick"},
-        {"vertices": [[1,0,1], [3,0,1], [3,0,2], [1,0,2]], "faces": [[0,1,2,3]],
-         "material": "glass"},
-        {"box": [1, 0.5, 2], "min": [0, 1, 0], "material": "wood"}],
-        "sources": [{"name": "s", "position": [4, 1, 1.5], "signal": "impulse"}],
-        "listener": {"position": [3, 3, 1.5]}})";
-    const std::string file = folder.write("window.json", scene);
-    const ProgramResult check = run_program({AULA_PROGRAM, "check", file});
-    CHECK(check.status == 0);
-    CHECK(check.err == "aula: warning: " + file +
-                           ": 2 m2 of \"glass\" are in the plane of \"brick\", as at (1.48, 0.00, "
-                           "1.34): of faces that overlap, the smaller one is heard\n");
-    CHECK(run_program({AULA_PROGRAM, "check", file, "--strict"}).status == 3);
-    // Inside the cupboard its bottom is heard. A path that leads through it changes nothing.
-    const std::string through =
-        folder.write("through.json", with(scene, R"("position": [4, 1, 1.5])", R"("path": {
-        "points": [{"t": 0, "position": [4, 1.2, 1.5]}, {"t": 4, "position": [0.5, 1.2, 1.5]}]})"));
-    CHECK_THAT(run_program({AULA_PROGRAM, "check", through}).err,
-               Contains("inside a closed body") && !Contains("\"wood\""));
-    const ProgramResult info = run_program({AULA_PROGRAM, "info", file});
-    // Without the window and the areas at the cupboard, which has 5.5 m2 in the room.
-    CHECK_THAT(info.out, Contains("brick                         90.5 m2") &&
-                             Contains("glass                          2.0 m2") &&
-                             Contains("wood                           5.5 m2"));
-}
-
-TEST_CASE("Of three layers in contact one warning has an area, and the third has no line") {
-    const TemporaryFolder folder;
-    const std::string face =
-        R"({"vertices": [[1,0,1], [3,0,1], [3,0,2], [1,0,2]], "faces": [[0,1,2,3]], "material": ")";
-    const ProgramResult check =
-        run_program({AULA_PROGRAM, "check",
-                     folder.write("layers.json", R"({"aula": 1, "geometry": [
-            {"box": [5, 4, 3], "material": "brick"},)" +
-                                                     face + "glass\"}, " + face + R"(curtain"}],
-            "sources": [{"position": [4, 1, 1.5]}], "listener": {"position": [3, 3, 1.5]}})")});
-    // The brick below is heard nowhere below the third one: its area is zero but for rounding.
-    CHECK_THAT(check.err, Contains(": 2 m2 of "));
-    CHECK(std::count(check.err.begin(), check.err.end(), '\n') == 1);
-}
-
 TEST_CASE("A scene far from the origin is doubtful") {
     const TemporaryFolder folder;
     const auto check = [&](int from_m) {

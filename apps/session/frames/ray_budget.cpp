@@ -17,6 +17,7 @@ constexpr int kFewest = 100;
 // 250 ns in a mesh of 139,000 triangles.
 constexpr double kSegment_s = 170e-9;  ///< to trace a segment and to store what it deposits
 constexpr double kBin_s = 6e-9;        ///< to add a time bin of a patch in the final gather
+constexpr double kCandidate_s = 0e-9;  ///< to examine an image source and to trace its path
 
 /// Of two processors in normal quality, half of one renders the sound of the frames.
 constexpr double kProcessors = 1.5;
@@ -38,7 +39,8 @@ double share_of(Quality quality) {
 
 double counted_s(const FrameStatistics& statistics) {
     return kSegment_s * static_cast<double>(statistics.segments) +
-           kBin_s * static_cast<double>(statistics.summed_bins);
+           kBin_s * static_cast<double>(statistics.summed_bins) +
+           kCandidate_s * static_cast<double>(statistics.image_candidates);
 }
 
 double allowed_s(Quality quality, double frame_period_s) {

@@ -14,7 +14,7 @@ namespace aula {
 int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s,
                        double allowed_s);
 
-/// The time of tracing and gathering of a frame on one processor, in s, as counted. It does not
+/// The time of tracing, gathering and image sources of a frame on one processor, in s, as counted. It does not
 /// depend on the machine or on the number of threads, and is about within a factor of two of the
 /// time that `aula-bench budget` measures on one core of a 2.3 GHz Xeon.
 double counted_s(const FrameStatistics& statistics);
