@@ -43,36 +43,47 @@ Vec3 position(const ControlValues& values, Control first) {
 /// Rays of a quality per ray of the scene.
 float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1); }
 
-AuralizerOptions auralizer_options(const Scene& scene, const std::filesystem::path& hrtf,
-                                   const PluginOutput& output, RenderClock clock,
-                                   std::shared_ptr<const ControlSnapshot> controls,
-                                   const ReportRays& report) {
-    AuralizerOptions options{.clock = clock,
-                             .sample_rate_hz = output.sample_rate_hz,
-                             .block = output.block,
-                             .sample_by_sample = true,
-                             .output = output.format,
-                             .hrtf = hrtf,
-                             .max_sources = 1};
-    if (clock == RenderClock::real_time)
-        options.before_frame = [follower = ControlFollower(scene), load = RayLoad(report),
-                                controls = std::move(controls)](Auralizer& auralizer,
-                                                                double /*time_s*/) mutable {
-            const ControlValues values = controls->read();
-            follower.follow(auralizer, values);
-            const AuralizerStatus status = auralizer.status();
-            auralizer.set_rays(load.next(follower.rays(values), status.frame_ms / 1000,
-                                         status.frame_period_ms / 1000));
-        };
-    return options;
+AuralizerOptions auralizer_options(const std::filesystem::path& hrtf, const PluginOutput& output,
+                                   RenderClock clock) {
+    return {.clock = clock,
+            .sample_rate_hz = output.sample_rate_hz,
+            .block = output.block,
+            .sample_by_sample = true,
+            .output = output.format,
+            .hrtf = hrtf,
+            .max_sources = 1};
 }
 
-/// The scene of an instance. Its control sets the rays, on the exact clock, too. In real time one
-/// thread traces: a host runs many instances.
-Scene instance_scene(Scene scene, RenderClock clock) {
+/// The scene of an instance. Its control sets the rays, on the exact clock, too.
+Scene instance_scene(Scene scene) {
     scene.simulation.rays = scene.simulation.ray_count();
-    if (clock == RenderClock::real_time) scene.simulation.threads = 1;
     return scene;
+}
+
+/// In real time one thread traces: a host runs many instances.
+Scene live_scene(Scene scene, GrowingLength& length) {
+    scene.simulation.threads = 1;
+    length.fit(scene);
+    return scene;
+}
+
+/// Follows the controls, and measures the frames.
+AuralizerOptions live_options(const Scene& scene, AuralizerOptions options,
+                              std::shared_ptr<const ControlSnapshot> controls,
+                              const ReportRays& report, GrowingLength& length,
+                              std::function<void()> replace) {
+    options.before_frame = [follower = ControlFollower(scene), load = RayLoad(report),
+                            controls = std::move(controls), &length, replace = std::move(replace)](
+                               Auralizer& auralizer, double /*time_s*/) mutable {
+        const ControlValues values = controls->read();
+        follower.follow(auralizer, values);
+        const AuralizerStatus now = auralizer.status();
+        const double took_s = now.frame_ms / 1000;
+        const double period_s = now.frame_period_ms / 1000;
+        auralizer.set_rays(load.next(follower.rays(values), took_s, period_s));
+        if (now.frames > 0 && length.add(took_s, period_s)) replace();
+    };
+    return options;
 }
 
 }  // namespace
@@ -151,12 +162,19 @@ void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) 
     applied_ = values;
 }
 
-OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
-                 RenderClock clock, std::shared_ptr<const ControlSnapshot> controls,
-                 const ReportRays& report)
+OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output)
     : follower_(scene),
-      auralizer_(instance_scene(scene, clock),
-                 auralizer_options(scene, hrtf, output, clock, std::move(controls), report)) {}
+      auralizer_(instance_scene(scene), auralizer_options(hrtf, output, RenderClock::exact)) {}
+
+OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
+                 std::shared_ptr<const ControlSnapshot> controls, const ReportRays& report,
+                 std::shared_ptr<GrowingLength> length, std::function<void()> replace)
+    : length_(std::move(length)),
+      heard_(length_->hear()),
+      follower_(scene),
+      auralizer_(live_scene(instance_scene(scene), *length_),
+                 live_options(scene, auralizer_options(hrtf, output, RenderClock::real_time),
+                              std::move(controls), report, *length_, std::move(replace))) {}
 
 void OwnRoom::wait_for_frame() const {
     using namespace std::chrono_literals;

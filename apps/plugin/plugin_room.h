@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,6 +12,7 @@
 #include "apps/plugin/control_snapshot.h"
 #include "apps/plugin/ports.h"
 #include "apps/session/frames/ray_load.h"
+#include "apps/session/live/growing_length.h"
 #include "aula/auralizer.h"
 
 namespace aula::plugin {
@@ -98,12 +100,14 @@ struct PluginOutput {
 /// A room of one instance.
 class OwnRoom final : public PluginRoom {
  public:
-    /// On the exact clock without latency; set_controls() sets the controls. On the real-time clock
-    /// the frames follow `controls`, with as many rays as are computed in time; `report` is called
-    /// on the propagation thread. Throws InputError.
+    /// On the exact clock, without latency; set_controls() sets the controls. Throws InputError.
+    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output);
+    /// On the real-time clock: the frames follow `controls`, with as many rays as are computed in
+    /// time. `report` is called on the propagation thread, and `replace` once when the responses
+    /// are to have another length.
     OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
-            RenderClock clock, std::shared_ptr<const ControlSnapshot> controls,
-            const ReportRays& report = {});
+            std::shared_ptr<const ControlSnapshot> controls, const ReportRays& report,
+            std::shared_ptr<GrowingLength> length, std::function<void()> replace);
 
     /// On the exact clock: the values from the next sample on.
     void set_controls(const ControlValues& values) { follower_.follow(auralizer_, values); }
@@ -115,6 +119,8 @@ class OwnRoom final : public PluginRoom {
     std::int64_t tail_samples() const override { return auralizer_.tail_samples(); }
 
  private:
+    std::shared_ptr<GrowingLength> length_;
+    std::shared_ptr<void> heard_;
     ControlFollower follower_;
     Auralizer auralizer_;
 };

@@ -154,8 +154,7 @@ void RoomLoader::build_live() {
 
 void RoomLoader::build_exact() {
     auto room = build<OwnRoom>([this](const RoomFiles& readable) {
-        return std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_,
-                                         RenderClock::exact, controls_);
+        return std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_);
     });
     std::unique_lock lock(mutex_);
     exact_ = std::move(room);
@@ -172,8 +171,9 @@ std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     wanted_rays_ = 0;
     const auto group = static_cast<int>(std::lround(value_of(values, Control::room_group)));
     if (group == 0) {
-        auto room = std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_,
-                                              RenderClock::real_time, controls_, report);
+        auto room =
+            std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_, controls_,
+                                      report, length_, [this] { request_another(); });
         room->wait_for_frame();
         return room;
     }

@@ -85,6 +85,7 @@ class RoomLoader {
 
     const PluginOutput output_;
     const std::shared_ptr<ControlSnapshot> controls_ = std::make_shared<ControlSnapshot>();
+    const std::shared_ptr<GrowingLength> length_ = std::make_shared<GrowingLength>();
 
     MessageQueue requests_;
     MessageQueue replies_;

@@ -109,6 +109,7 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
                                              const std::function<Scene()>& load) {
     // Destroyed after the lock: this may be the last owner of one of them.
     std::vector<std::shared_ptr<SharedRoom>> alive;
+    auto length = std::make_shared<GrowingLength>();
     Register& present = all();
     const std::lock_guard lock(present.mutex);
     for (auto& [other_key, rooms] : present.rooms)
@@ -125,28 +126,33 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
             alive.push_back(room);
             const Vec3 place = SceneControls(room->scene_).listener_pose(values).position;
             if (entry->open && entry->place == place) return room;
+            if (entry->place == place) length = entry->length;
         }
     }
     // All rooms of a group have the scene of the first one.
     Scene scene = alive.empty() ? load() : alive[0]->scene_;
     const GroupKey versions = alive.empty() ? key.with_versions(scene) : alive[0]->key_;
     const Vec3 place = SceneControls(scene).listener_pose(values).position;
-    const std::shared_ptr<SharedRoom> room(new SharedRoom(versions, std::move(scene), place));
+    const std::shared_ptr<SharedRoom> room(
+        new SharedRoom(versions, std::move(scene), place, std::move(length)));
     room->entry_->number = ++present.last_number;
     room->entry_->room = room;
     present.rooms[versions].push_back(room->entry_);
     return room;
 }
 
-SharedRoom::SharedRoom(const GroupKey& key, Scene scene, const Vec3& place)
+SharedRoom::SharedRoom(const GroupKey& key, Scene scene, const Vec3& place,
+                       std::shared_ptr<GrowingLength> length)
     : key_(key),
       scene_(std::move(scene)),
       entry_(std::make_shared<Entry>()),
+      measured_(length->hear()),
       place_(place),
       load_([this](int rays, int wanted) {
           for (const GroupVoice* const voice : voices_) voice->report_rays(rays, wanted);
       }) {
     entry_->place = place;
+    entry_->length = std::move(length);
     for (const Object& object : scene_.objects) objects_.push_back(object.transform_at(0));
     // Built on the propagation thread, whose scheduling and rounding the threads of the propagation
     // inherit.
@@ -182,12 +188,13 @@ void SharedRoom::build() {
     leave_realtime();
     std::fesetenv(FE_DFL_ENV);
     lower_priority(kPropagationNice);
-    Simulation simulation = scene_.simulation;
-    simulation.threads.reset();
-    propagation_.emplace(scene_, simulation);
+    Scene scene = scene_;
+    scene.simulation.threads.reset();
+    entry_->length->fit(scene);
+    propagation_.emplace(scene, scene.simulation);
     propagation_->remove_source(0);
     propagation_->emit_from_listeners();
-    rays_ = simulation.ray_count();
+    rays_ = scene.simulation.ray_count();
 }
 
 void SharedRoom::add(GroupVoice& voice) {
@@ -229,9 +236,10 @@ void SharedRoom::run() {
             clock.skip_missed(Clock::now());
             if (!wait_until(clock.begin())) return;
             const auto begin = Clock::now();
-            compute();
+            const bool computed = compute();
             took_s_ = std::chrono::duration<double>(Clock::now() - begin).count();
             clock.took(took_s_);
+            if (computed && entry_->length->add(took_s_, frame_s)) make_way();
         }
     } catch (...) {
         {
@@ -250,10 +258,21 @@ void SharedRoom::publish() {
     heard_.notify_all();
 }
 
-void SharedRoom::compute() {
+/// Has all instances leave for a room whose responses have another length.
+void SharedRoom::make_way() {
+    {
+        const std::lock_guard lock(entry_->mutex);
+        entry_->open = false;
+    }
+    const std::lock_guard lock(mutex_);
+    makes_way_ = true;
+}
+
+/// False if there is nothing to compute.
+bool SharedRoom::compute() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return waiting_ == 0 || stop_; });
-    if (voices_.empty() || stop_) return;
+    if (voices_.empty() || stop_) return false;
     int rays = 1;
     FrameInput input;
     for (GroupVoice* const voice : voices_) {
@@ -271,6 +290,7 @@ void SharedRoom::compute() {
     input.objects = objects_;
     propagation_->step(input);
     for (std::size_t v = 0; v < voices_.size(); ++v) voices_[v]->prepare(propagation_->response(v));
+    return true;
 }
 
 /// The place of most listeners; of equally many, that of the oldest instance. An instance that is
@@ -302,7 +322,7 @@ void SharedRoom::choose_place() {
         const float distance_m = glm::distance(voice->listener(), place_);
         const bool elsewhere = moves ? distance_m > kSamePlace_m : distance_m > 0;
         voice->frames_elsewhere = elsewhere ? voice->frames_elsewhere + 1 : 0;
-        if (merges || voice->frames_elsewhere >= kFramesElsewhere) voice->leave();
+        if (merges || makes_way_ || voice->frames_elsewhere >= kFramesElsewhere) voice->leave();
     }
 }
 

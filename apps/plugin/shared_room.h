@@ -16,6 +16,7 @@
 #include "apps/plugin/plugin_room.h"
 #include "apps/session/frames/frame_clock.h"
 #include "apps/session/frames/ray_load.h"
+#include "apps/session/live/growing_length.h"
 #include "aula/engine/propagation.h"
 
 namespace aula::plugin {
@@ -82,9 +83,10 @@ class SharedRoom {
     struct Entry {
         std::mutex mutex;
         Vec3 place{0};
-        bool open = true;  ///< false after a failure
+        bool open = true;  ///< false after a failure, or if the length is to change
         std::uint64_t number = 0;
         std::weak_ptr<SharedRoom> room;
+        std::shared_ptr<GrowingLength> length;  ///< of this room and of those after it at its place
     };
     struct Register;
 
@@ -92,14 +94,16 @@ class SharedRoom {
     /// the mutex while all frames are late.
     class Turn;
 
-    explicit SharedRoom(const GroupKey& key, Scene scene, const Vec3& place);
+    SharedRoom(const GroupKey& key, Scene scene, const Vec3& place,
+               std::shared_ptr<GrowingLength> length);
 
     static Register& all();
 
     void build();
     void run();
     bool wait_until(FrameClock::Clock::time_point time);
-    void compute();
+    bool compute();
+    void make_way();
     void publish();
     void choose_place();
     bool has_older_twin() const;
@@ -107,6 +111,7 @@ class SharedRoom {
     const GroupKey key_;
     const Scene scene_;
     const std::shared_ptr<Entry> entry_;
+    const std::shared_ptr<void> measured_;  ///< GrowingLength::hear()
 
     std::atomic<int> waiting_ = 0;  ///< turns that have not begun or not ended
 
@@ -122,6 +127,7 @@ class SharedRoom {
     double took_s_ = 0;                      ///< to compute the last frame
     int still_frames_ = 0;                   ///< frames since the listener has moved
     FrameClock::Clock::time_point moved_{};  ///< when it has
+    bool makes_way_ = false;                 ///< all instances leave
     std::exception_ptr failure_;
     bool stop_ = false;
 

@@ -360,3 +360,36 @@ TEST_CASE("In real time a plugin sounds from the first block on and follows its 
     host.activate();
     CHECK(peak(host.run(input, {8192})) > 0.001F);
 }
+
+TEST_CASE("In real time the response of a plugin begins with 4 s and grows") {
+    const TemporaryFolder folder;
+    // It sounds for more than 10 s, at little cost.
+    const std::string hall = folder.write("hall.json", R"({"aula": 1,
+        "geometry": [{"box": [30, 20, 10], "material": "hard"}],
+        "materials": {"hard": {"absorption": 0.02}},
+        "sources": [{"position": [5, 5, 2]}], "listener": {"position": [20, 10, 2]},
+        "simulation": {"rays": 100, "patch_size_m": 5, "frame_rate_hz": 10, "specular_order": 0,
+                       "diffraction_order": 0}})");
+    const float group = GENERATE(0.0F, 1.0F);
+    CAPTURE(group);
+    PluginHost host(OutputFormat::foa);
+    host.set(Control::room_group, group);
+    host.send_path(kScene, hall);
+    host.activate();
+    const auto is_heard = [&](double from_s) {
+        std::vector<float> click(48000 * 5);
+        click[0] = 1;
+        Channels output = host.run(click, {256});
+        for (auto& channel : output)
+            channel.erase(channel.begin(),
+                          channel.begin() + static_cast<std::ptrdiff_t>(48000 * from_s));
+        return peak(output) > 0;
+    };
+    REQUIRE(run_until(host, [&] { return host.received(kScene) == hall && is_heard(1); }));
+    // With fades and filters.
+    CHECK_FALSE(is_heard(4.2));
+    // The room before it may ring out.
+    CHECK(is_heard(0.1));
+    if (!run_until(host, [&] { return is_heard(4.2); }))
+        WARN("skipped: the machine is too slow for a longer response");
+}

@@ -14,9 +14,9 @@ namespace aula {
 int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s,
                        double allowed_s);
 
-/// The time of tracing, gathering and image sources of a frame on one processor, in s, as counted. It does not
-/// depend on the machine or on the number of threads, and is about within a factor of two of the
-/// time that `aula-bench budget` measures on one core of a 2.3 GHz Xeon.
+/// The time of tracing, gathering and image sources of a frame on one processor, in s, as counted.
+/// It does not depend on the machine or on the number of threads, and is about within a factor of
+/// two of the time that `aula-bench budget` measures on one core of a 2.3 GHz Xeon.
 double counted_s(const FrameStatistics& statistics);
 
 /// The counted time that a frame of exact rendering may take, in s: that of `quality` for one frame

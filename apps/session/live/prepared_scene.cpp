@@ -6,7 +6,7 @@
 
 #include "apps/session/auralizer/auralizer_options.h"
 #include "apps/session/frames/ray_budget.h"
-#include "aula/engine/propagation.h"
+#include "apps/session/live/growing_length.h"
 
 namespace aula {
 
@@ -36,26 +36,10 @@ std::shared_ptr<const Hrtf> hrtf_after(const SessionOptions& options, double sam
     return kept ? before.hrtf : hrtf_for(options, sample_rate_hz);
 }
 
-/// The first response of a room that sounds longer: frames and convolution cost in proportion to
-/// the length, and the player lengthens it while there is room (LiveLoad).
-constexpr double kFirstLength_s = 4;
-
-/// As long as the room sounds, rounded as Simulation::ir_length_s; empty if the scene sets a
-/// length.
-std::optional<double> room_length_of(const Scene& scene) {
-    if (scene.simulation.ir_length_s) return {};
-    Simulation simulation = scene.simulation;
-    simulation.estimator = Estimator::pt;  // no patches, and nothing else that is not needed
-    simulation.rays = 1;
-    simulation.specular_order = 0;
-    simulation.diffraction_order = 0;
-    return double{static_cast<float>(Propagation(scene, simulation).response_length_s())};
-}
-
 Scene with_length(Scene scene, const SessionOptions& options, std::optional<double> room_length_s) {
     if (room_length_s)
-        scene.simulation.ir_length_s = static_cast<float>(
-            std::min(*room_length_s, options.longest_response_s.value_or(kFirstLength_s)));
+        scene.simulation.ir_length_s = static_cast<float>(std::min(
+            *room_length_s, options.longest_response_s.value_or(first_length_s(*room_length_s))));
     return scene;
 }
 
@@ -79,7 +63,7 @@ std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared) {
 PreparedScene::PreparedScene(const Scene& scene_in, const SessionOptions& options_in,
                              double sample_rate_hz_in, bool starts_anew_in, const Reusable& before)
     : sample_rate_hz(sample_rate_hz_in),
-      room_length_s(room_length_of(scene_in)),
+      room_length_s(aula::room_length_s(scene_in)),
       scene(with_length(scene_in, options_in, room_length_s)),
       options(options_in),
       starts_anew(starts_anew_in),
