@@ -147,6 +147,10 @@ NativeWindow::NativeWindow(int width, int height) : window_(open_on_display(widt
 
 NativeWindow::~NativeWindow() { glfwDestroyWindow(window_); }
 
+void NativeWindow::set_title(const std::string& title) {
+    if (std::exchange(title_, title) != title) glfwSetWindowTitle(window_, title.c_str());
+}
+
 bool NativeWindow::is_active() const {
     return glfwGetWindowAttrib(window_, GLFW_FOCUSED) != 0 ||
            glfwGetWindowAttrib(window_, GLFW_HOVERED) != 0;

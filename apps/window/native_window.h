@@ -41,7 +41,9 @@ class NativeWindow {
 
     GLFWwindow* get() const { return window_; }
     bool software() const { return software_; }  ///< software rendering (llvmpipe)
-    bool is_active() const;                      ///< has the focus, or contains the mouse
+    /// Sets the title if it has changed.
+    void set_title(const std::string& title);
+    bool is_active() const;  ///< has the focus, or contains the mouse
 
     /// A press or release of a key.
     struct KeyEvent {
@@ -65,6 +67,7 @@ class NativeWindow {
     float mouse_x_ = 0;
     float mouse_y_ = 0;
     std::vector<std::string> dropped_;
+    std::string title_;
 };
 
 /// Dear ImGui in a window while alive. Fonts by index: 0 text, 1 headings, 2 small text.

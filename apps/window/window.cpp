@@ -257,6 +257,7 @@ class App {
         handle_keys();
         walk();
         for (const std::string& file : native_.take_dropped()) model_.take_file(file);
+        native_.set_title(model_.scene_file().filename().string() + " - Aula");
         // The first layout finds the meters' height. Each mouse event takes one more.
         const float meters_height = meters_height_;
         Box area = lay_out();

@@ -85,6 +85,44 @@ TEST_CASE("Resizing the window rescales its text") {
     CHECK(png_size(picture) == std::pair{1600U, 1100U});
 }
 
+TEST_CASE("A model that is dragged onto the window and dropped opens") {
+    const std::string drop_file = AULA_DROP_FILE;
+    if (drop_file.empty() || !are_installed("Xvfb")) {
+        WARN("skipped: Xvfb or Xlib is not installed");
+        return;
+    }
+    const Display display("900x600");
+    const TemporaryFolder folder;
+    // A GLB file of a box, whose buffers are in its JSON.
+    std::string json = read_file(AULA_SOURCE_DIR "/tests/cases/models/plain.gltf");
+    json.resize((json.size() + 3) / 4 * 4, ' ');
+    const auto word = [](std::size_t number) {
+        std::string bytes;
+        for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);
+        return bytes;
+    };
+    const std::string model =
+        folder.write("Hörsaal 1.glb",
+                     "glTF" + word(2) + word(20 + json.size()) + word(json.size()) + "JSON" + json);
+    const std::string picture = folder.path() / "window.png";
+    setenv("AULA_NO_STATE", "1", 1);
+    const ProgramResult result = run_program(
+        {"sh", "-c",
+         "\"$0\" \"$1\" --device none --screenshot \"$2\" --after 8 --frame-rate 10 --rays 200 & "
+         "\"$3\" 'shoebox.json - Aula' \"$4\" 'Hörsaal 1.glb - Aula'; dropped=$?; wait $! && exit "
+         "$dropped",
+         AULA_PROGRAM, AULA_SOURCE_DIR "/scenes/shoebox.json", picture, drop_file, model});
+    unsetenv("AULA_NO_STATE");
+    INFO(result.err);
+    if (!display.running() || result.err.find("no window can be opened") != std::string::npos) {
+        WARN("skipped: no display can run here");
+        return;
+    }
+    CHECK(result.status == 0);
+    CHECK(png_size(picture) == std::pair{900U, 600U});
+    CHECK(std::filesystem::file_size(picture) > 50'000);
+}
+
 TEST_CASE("Without a sound device the window opens in silence, with a warning") {
     if (!are_installed("Xvfb")) {
         WARN("skipped: Xvfb is not installed");
