@@ -27,6 +27,8 @@ class MeshBuilder {
     /// Adds a polygon; fewer than 3 corners are ignored.
     void add_face(std::span<const std::uint32_t> corners, std::uint32_t material);
 
+    bool has_faces() const { return !face_ends_.empty(); }
+
     /// Returns the mesh. Throws InputError if an index is out of range or no triangle has an area.
     ImportedMesh take();
 

@@ -107,6 +107,36 @@ class GltfReader {
         if (version.string("a version").substr(0, 2) != "2.") {
             version.fail("another version of glTF; expected 2.0");
         }
+        const std::vector<JsonReader> scenes = gltf_list(root_, "scenes");
+        const auto chosen = root_.find("scene");
+        if (scenes.empty() && !chosen) root_.fail("no scene; expected at least one");
+        // Without a chosen one the first that has faces.
+        std::size_t scene = chosen ? gltf_index(*chosen, scenes.size(), "scenes") : 0;
+        read_nodes(gltf_list(scenes[scene], "nodes"));
+        while (!chosen && !builder_.has_faces() && scene + 1 < scenes.size()) {
+            places_ = GltfPlaces(root_);
+            read_nodes(gltf_list(scenes[++scene], "nodes"));
+        }
+        if (chosen && !builder_.has_faces() && scenes.size() > 1)
+            chosen->fail("scene " + std::to_string(scene) + " of " + std::to_string(scenes.size()) +
+                         " holds no triangle; expected the number of one that does");
+        ImportedMesh mesh = builder_.take();
+        mesh.places = places_.take();
+        const auto name = scenes[scene].find("name");
+        mesh.scene = name ? name->string("a name") : std::to_string(scene);
+        mesh.scene_count = scenes.size();
+        for (const JsonReader& material : materials_) {
+            const auto name = material.find("name");
+            const auto extras = material.find("extras");
+            if (name && extras && extras->is_object())
+                mesh.material_extras.emplace_back(name->string("a name"), extras->value());
+        }
+        return mesh;
+    }
+
+ private:
+    /// Reads the trees of nodes.
+    void read_nodes(const std::vector<JsonReader>& roots) {
         struct Open {
             JsonReader reference;
             glm::dmat4 parent;
@@ -115,7 +145,7 @@ class GltfReader {
         const auto open_all = [&](const std::vector<JsonReader>& nodes, const glm::dmat4& parent) {
             for (auto n = nodes.rbegin(); n != nodes.rend(); ++n) open.push_back({*n, parent});
         };
-        open_all(root_nodes(), glm::dmat4(1));
+        open_all(roots, glm::dmat4(1));
         std::vector<bool> reached(nodes_.size(), false);
         while (!open.empty()) {
             const Open next = std::move(open.back());
@@ -133,24 +163,6 @@ class GltfReader {
             places_.add(node, transform);
             open_all(gltf_list(node, "children"), transform);
         }
-        ImportedMesh mesh = builder_.take();
-        mesh.places = places_.take();
-        for (const JsonReader& material : materials_) {
-            const auto name = material.find("name");
-            const auto extras = material.find("extras");
-            if (name && extras && extras->is_object())
-                mesh.material_extras.emplace_back(name->string("a name"), extras->value());
-        }
-        return mesh;
-    }
-
- private:
-    std::vector<JsonReader> root_nodes() {
-        const std::vector<JsonReader> scenes = gltf_list(root_, "scenes");
-        const auto chosen = root_.find("scene");
-        if (scenes.empty() && !chosen) root_.fail("no scene; expected at least one");
-        return gltf_list(scenes[chosen ? gltf_index(*chosen, scenes.size(), "scenes") : 0],
-                         "nodes");
     }
 
     std::uint32_t material(const JsonReader& primitive) {

@@ -109,6 +109,9 @@ class SceneMaker {
           is_gltf_(is_gltf_file(file)) {}
 
     ModelScene make() {
+        if (mesh_.scene_count > 1)
+            guess("scene: " + quoted(mesh_.scene) + ", one of " +
+                  std::to_string(mesh_.scene_count) + " in the file");
         JsonValue::Object geometry;
         set(geometry, "file", text(name_of(file_)));
         find_up(geometry);

@@ -258,8 +258,9 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     for (const char* const name :
          {"inside.gltf", "a.wav#0", "inside.gltf#", "inside.gltf#x", "inside.gltf#-1"})
         CHECK_FALSE(SoundInModel::of_name(name));
-    CHECK_THROWS_WITH((SoundInModel{file_inside, 3}.read()),
-                      Contains("inside.gltf#3: ") && Contains("has no sound 3; expected a number below 3"));
+    CHECK_THROWS_WITH(
+        (SoundInModel{file_inside, 3}.read()),
+        Contains("inside.gltf#3: ") && Contains("has no sound 3; expected a number below 3"));
 
     // A name of the library, a sound that is missing, and a coefficient that is none.
     std::filesystem::remove(folder.path() / "voice.wav");
@@ -271,6 +272,24 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     CHECK_THROWS_WITH(
         load_scene(folder.write("wrong.gltf", model.dump())),
         Contains("wrong.gltf: /materials/Panel/absorption: 3") && Contains("expected"));
+}
+
+TEST_CASE("Of several scenes of a glTF file the chosen one is read, else the first with faces") {
+    const TemporaryFolder folder;
+    folder.write("square.bin", square_bytes());
+    Json model = square_gltf();
+    model["nodes"].push_back({{"name", "Speaker"}});
+    model["scenes"] = {{{"name", "Yard"}, {"nodes", {model["nodes"].size() - 1}}},
+                       {{"name", "Hall"}, {"nodes", model["scenes"][0]["nodes"]}}};
+    model.erase("scene");
+    const LoadedScene hall = load_scene(folder.write("hall.gltf", model.dump()));
+    CHECK(has_guess(hall, "scene: \"Hall\", one of 2 in the file"));
+    CHECK(hall.scene.sources[0].name == "clap");
+    model["scene"] = 1;
+    CHECK(has_guess(load_scene(folder.write("hall.gltf", model.dump())), "scene: \"Hall\""));
+    model["scene"] = 0;
+    CHECK_THROWS_WITH(load_scene(folder.write("yard.gltf", model.dump())),
+                      Contains("/scene: scene 0 of 2 holds no triangle; expected"));
 }
 
 TEST_CASE("Where no room is around, people stand on the ground, or nowhere") {
