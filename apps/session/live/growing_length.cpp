@@ -59,6 +59,9 @@ bool GrowingLength::add(double took_s, double period_s) {
         return false;
     }
     load_->add(took_s, period_s, false);
+    const LiveLoad::Full& full = load_->full();
+    if (const double first_s = first_length_s(full.length_s); load_->length_s() < first_s)
+        load_->change(full, load_->rays(), first_s);
     changes_ = load_->length_s() != length_s_;
     return changes_;
 }

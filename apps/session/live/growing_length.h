@@ -16,9 +16,9 @@ std::optional<double> room_length_s(const Scene& scene);
 /// The length of the first live response of a room, in s.
 double first_length_s(double room_length_s);
 
-/// The length of the responses of a room that is heard live. It grows, and falls, by the
-/// computation time of the frames (LiveLoad). The owner replaces the room by one of the new length.
-/// A length that the scene sets is kept.
+/// The length of the responses of a room that is heard live. It grows from the first length on, and
+/// falls to it, by the computation time of the frames (LiveLoad). The owner replaces the room by
+/// one of the new length. A length that the scene sets is kept.
 class GrowingLength {
  public:
     /// Sets the present length in a scene. A room that sounds for another time begins with its

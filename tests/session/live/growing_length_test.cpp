@@ -43,9 +43,13 @@ TEST_CASE("A live response begins with 4 s and grows while its frames leave time
         CHECK(last_s == Approx(expected_s));
     }
     CHECK(play(length, 0.1 * kPeriod_s, 300) == -1);
-    // It falls where frames take too long, and another room begins anew.
-    CHECK(play(length, 2 * kPeriod_s, 10) > 0);
+    // It falls where frames take too long, to the first length.
+    CHECK(play(length, 1.2 * kPeriod_s, 10) > 0);
     CHECK(fitted_s(length, hall()) < last_s);
+    CHECK(play(length, 10 * kPeriod_s, 10) > 0);
+    CHECK(fitted_s(length, hall()) == 4);
+    CHECK(play(length, 10 * kPeriod_s, 60) == -1);
+    // Another room begins anew.
     Scene other = hall();
     other.materials[0].absorption = Bands::filled(0.6F);
     CHECK(fitted_s(length, other) < 2);
