@@ -51,6 +51,9 @@ TEST_CASE("Counted time does not depend on clocks, and limits the rays of a fram
     untimed.trace_s = 0;
     CHECK(counted_s(counted(500)) == counted_s(untimed));
     CHECK(counted_s(counted(1000)) > counted_s(counted(500)));
+    FrameStatistics mirrored = counted(500);
+    mirrored.image_candidates = 10'000;
+    CHECK(counted_s(mirrored) > counted_s(counted(500)));
 
     const double wanted_s = counted_s(counted(400));
     for (const int start : {100, 1000}) {
