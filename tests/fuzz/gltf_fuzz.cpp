@@ -2,7 +2,7 @@
 
 #include "tests/fuzz/mesh_target.h"
 
-/// glTF or GLB; every buffer's file holds a triangle and its indices.
+/// glTF or GLB, and its first sound; every buffer's file holds a triangle and its indices.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const auto open = [](const std::filesystem::path& file) {
         if (file == "none.bin")
@@ -11,6 +11,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         return std::string(reinterpret_cast<const char*>(corners), sizeof corners) +
                std::string("\0\0\1\0\2\0", 6);
     };
-    return aula::test::read_any_mesh(
-        data, size, [&](std::string_view bytes) { return aula::read_gltf(bytes, open); });
+    return aula::test::read_any_mesh(data, size, [&](std::string_view bytes) {
+        try {
+            aula::read_gltf_sound(bytes, 0, open);
+        } catch (const aula::InputError&) {
+        }
+        return aula::read_gltf(bytes, open);
+    });
 }
