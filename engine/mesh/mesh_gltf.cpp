@@ -125,6 +125,8 @@ class GltfReader {
         const auto name = scenes[scene].find("name");
         mesh.scene = name ? name->string("a name") : std::to_string(scene);
         mesh.scene_count = scenes.size();
+        if (const auto audio = gltf_extension(scenes[scene], kGltfAudio))
+            mesh.global_emitter_count = gltf_list(*audio, "emitters").size();
         for (const JsonReader& material : materials_) {
             const auto name = material.find("name");
             const auto extras = material.find("extras");

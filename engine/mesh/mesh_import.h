@@ -40,8 +40,9 @@ struct ImportedMesh {
     std::vector<std::filesystem::path> files;       ///< all files read
 
     // Only glTF has these.
-    std::string scene;            ///< the name of the one that is read
-    std::size_t scene_count = 0;  ///< of the file
+    std::string scene;                     ///< the name of the one that is read
+    std::size_t scene_count = 0;           ///< of the file
+    std::size_t global_emitter_count = 0;  ///< sounds of the scene that have no place
     std::vector<ImportedPlace> places;
     /// The "extras" of materials by their names: an object, or nothing.
     std::vector<std::pair<std::string, JsonValue>> material_extras;

@@ -112,6 +112,9 @@ class SceneMaker {
         if (mesh_.scene_count > 1)
             guess("scene: " + quoted(mesh_.scene) + ", one of " +
                   std::to_string(mesh_.scene_count) + " in the file");
+        if (const std::size_t count = mesh_.global_emitter_count; count > 0)
+            guess("sounds: without " + std::to_string(count) +
+                  (count > 1 ? " global emitters" : " global emitter") + ", which have no place");
         JsonValue::Object geometry;
         set(geometry, "file", text(name_of(file_)));
         find_up(geometry);

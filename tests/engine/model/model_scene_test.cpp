@@ -245,6 +245,7 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     sounds["audio"] = {{{"uri", "data:audio/mpeg;base64,SUQzBAA="}, {"mimeType", "audio/mpeg"}},
                        {{"bufferView", inside["bufferViews"].size() - 1}},
                        {{"uri", "data:audio/mp4;base64,AAAAIGZ0eXA="}, {"mimeType", "audio/mp4"}}};
+    inside["scenes"][0]["extensions"]["KHR_audio_emitter"]["emitters"] = {0};
     const auto file_inside = folder.write("inside.gltf", inside.dump());
     const LoadedScene carried = load_scene(file_inside);
     REQUIRE(carried.scene.sources.size() == 4);
@@ -254,6 +255,7 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     CHECK(SoundInModel::of_name(carried.scene.sources[2].signal_file).value().read() ==
           std::string("RIFF\0", 5));
     CHECK(carried.scene.sources[3].signal == Source::Signal::impulse);
+    CHECK(has_guess(carried, "sounds: without 1 global emitter"));
     CHECK(has_guess(carried, "inside.gltf#2\" of the type \"audio/mp4\" is of a format"));
     for (const char* const name :
          {"inside.gltf", "a.wav#0", "inside.gltf#", "inside.gltf#x", "inside.gltf#-1"})
