@@ -110,7 +110,7 @@ class SceneMaker {
 
     ModelScene make() {
         if (mesh_.scene_count > 1)
-            guess("scene: " + quoted(mesh_.scene) + ", one of " +
+            guess("scene: " + quoted(std::as_const(mesh_.scene)) + ", one of " +
                   std::to_string(mesh_.scene_count) + " in the file");
         if (const std::size_t count = mesh_.global_emitter_count; count > 0)
             guess("sounds: without " + std::to_string(count) +
