@@ -322,11 +322,6 @@ using MaterialPairs = std::map<std::pair<std::uint32_t, std::uint32_t>, Material
 /// The pairs of different materials whose overlaps change results.
 MaterialPairs pairs_of(const Overlaps& overlaps, const RayScene& rays,
                        const SortedPositions& sorted, const Findings& findings) {
-    // Share of the reflections below which another material changes no result: a fiftieth of the
-    // just noticeable difference of the reverberation time, if one absorbs all and one nothing.
-    constexpr double kNamed = 1e-3;
-    // Parts on which third faces are heard are zero but for rounding: a square centimetre.
-    constexpr double kLeast_m2 = 1e-4;
     MaterialPairs pairs;
     if (overlaps.empty()) return pairs;
     const std::vector<double> shares = result_of(
@@ -342,6 +337,12 @@ MaterialPairs pairs_of(const Overlaps& overlaps, const RayScene& rays,
         if (overlap.area_m2 > pair.largest.area_m2) pair.largest = overlap;
     }
     std::erase_if(pairs, [](const auto& item) {
+        // Share of the reflections below which another material changes no result: a fiftieth of
+        // the just noticeable difference of the reverberation time, if one absorbs all and one
+        // nothing.
+        constexpr double kNamed = 1e-3;
+        // Parts on which third faces are heard are zero but for rounding: a square centimetre.
+        constexpr double kLeast_m2 = 1e-4;
         return item.second.share < kNamed || item.second.area_m2 < kLeast_m2;
     });
     return pairs;
