@@ -122,8 +122,8 @@ class GltfReader {
                          " holds no triangle; expected the number of one that does");
         ImportedMesh mesh = builder_.take();
         mesh.places = places_.take();
-        const auto name = scenes[scene].find("name");
-        mesh.scene = name ? name->string("a name") : std::to_string(scene);
+        const auto of_scene = scenes[scene].find("name");
+        mesh.scene = of_scene ? of_scene->string("a name") : std::to_string(scene);
         mesh.scene_count = scenes.size();
         if (const auto audio = gltf_extension(scenes[scene], kGltfAudio))
             mesh.global_emitter_count = gltf_list(*audio, "emitters").size();

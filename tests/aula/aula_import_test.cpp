@@ -106,7 +106,8 @@ TEST_CASE("A sound inside a model sounds as its file") {
             "geometry": [{"box": [5, 4, 3], "material": "plaster"}],
             "sources": [{"position": [1, 1, 1], "loop": true, "signal": ")" +
                                                                 signal + R"("}],
-            "listener": {"position": [3, 2, 1.5]}})");
+            "listener": {"position": [3, 2, 1.5]},
+            "simulation": {"rays": 100, "ir_length_s": 0.2}})");
         const ProgramResult result =
             aula_with({scene, "--offline", out, "--duration", "0.1", "--quiet"});
         INFO(result.err);
