@@ -168,8 +168,9 @@ class SceneMaker {
         if (!y_up) return;
         for (Vec3& v : mesh_.vertices) v = {v.x, -v.z, v.y};
         for (ImportedPlace& place : mesh_.places) {
-            place.position = {place.position.x, -place.position.z, place.position.y};
-            place.front = {place.front.x, -place.front.z, place.front.y};
+            // Without a negative zero in texts.
+            place.position = {place.position.x, 0 - place.position.z, place.position.y};
+            place.front = {place.front.x, 0 - place.front.z, place.front.y};
         }
     }
 

@@ -14,8 +14,7 @@ namespace {
 constexpr int kFewest = 100;
 
 // Times of one core of a 2.3 GHz Xeon (`aula-bench budget`). A segment takes from 80 ns in a box to
-// 250 ns in a mesh of 139,000 triangles, an image source
-// of the third order from 55 ns to 800 ns.
+// 250 ns in a mesh of 139,000 triangles, an image source of the third order from 55 ns to 800 ns.
 constexpr double kSegment_s = 170e-9;    ///< to trace a segment and to store what it deposits
 constexpr double kBin_s = 6e-9;          ///< to add a time bin of a patch in the final gather
 constexpr double kCandidate_s = 400e-9;  ///< to examine an image source and to trace its path
