@@ -8,19 +8,15 @@ namespace aula {
 
 namespace {
 
-constexpr unsigned char kFirstLetter = 0xc0;  // of Latin-1
-constexpr unsigned char kSharpS = 0xdf;       // the first small one
-
-/// The base letter of a letter of Latin-1; 0 if it has none.
-char base_letter(unsigned char letter) {
-    constexpr std::string_view kLower = "aaaaaaaceeeeiiii-nooooo-ouuuuy-s";
-    if (letter == kSharpS) return 's';
-    const char base = kLower[(letter - kFirstLetter) % 32U];
-    return base == '-' ? '\0' : base;
+/// The base letter of a letter of Latin-1 in UTF-8, whose second byte is given; 0 if it has none.
+char base_letter(unsigned char second) {
+    constexpr std::string_view kLower = "aaaaaaaceeeeiiii-nooooo-ouuuuy-s";  // from U+00C0 on
+    constexpr unsigned kFirst = 0x80;
+    constexpr unsigned kSharpS = 0x9f;
+    if (second == kSharpS) return 's';
+    const unsigned place = (second - kFirst) % 32;
+    return kLower[place] == '-' ? '\0' : kLower[place];
 }
-
-/// Whether a byte follows the first one of a letter in UTF-8.
-bool continues(unsigned char byte) { return (byte & 0xc0U) == 0x80; }
 
 /// Whether a word of a name means `known`. Short words are parts of many others, such as "tur" of
 /// "texture": those of at most three letters must be whole words, those of four begin or end one.
@@ -44,17 +40,14 @@ std::vector<std::string> words_of(std::string_view name) {
     for (std::size_t i = 0; i < name.size(); ++i) {
         const auto c = static_cast<unsigned char>(name[i]);
         const bool has_next = i + 1 < name.size();
-        const auto next = static_cast<unsigned char>(has_next ? name[i + 1] : '\0');
-        if (c >= kFirstLetter && (c == 0xc3 || !continues(next))) {
-            // A letter of Latin-1 in UTF-8, or as it is: older programs write OBJ so.
-            const bool is_utf8 = continues(next);
-            const auto letter = static_cast<unsigned char>(is_utf8 ? next + 0x40U : c);
-            if (is_utf8) ++i;
-            const bool is_lower = letter >= kSharpS;
+        if (c == 0xc3 && has_next) {
+            constexpr unsigned kFirstLower = 0x9f;  // the sharp s
+            const auto second = static_cast<unsigned char>(name[++i]);
+            const bool is_lower = second >= kFirstLower;
             if (!is_lower && was_lower) divide();
             was_lower = is_lower;
-            if (const char base = base_letter(letter); base != '\0') add(base);
-        } else if ((c == 0xcc || c == 0xcd) && continues(next)) {
+            if (const char letter = base_letter(second); letter != '\0') add(letter);
+        } else if ((c == 0xcc || c == 0xcd) && has_next) {
             ++i;  // an accent after its letter, as macOS writes names
         } else if (c < 0x80 && std::isalpha(c) != 0) {
             if (std::isupper(c) != 0 && was_lower) divide();

@@ -23,7 +23,7 @@ struct NameMeaning {
 };
 
 /// The words of a name in lower case without accents: divided at anything but letters and before
-/// capitals. The name is in UTF-8 or Latin-1. "ae", "oe" and "ue" become "a", "o" and "u", as German writes umlauts.
+/// capitals. "ae", "oe" and "ue" become "a", "o" and "u", as German writes umlauts.
 std::vector<std::string> words_of(std::string_view name);
 
 /// Calls `use` with each of the words of a list.

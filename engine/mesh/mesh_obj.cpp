@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/input/text_cursor.h"
+#include "engine/input/utf8.h"
 #include "engine/mesh/mesh_builder.h"
 #include "engine/mesh/mesh_readers.h"
 
@@ -55,7 +56,7 @@ std::string material_name(std::string_view line) {
     const std::size_t comment = line.find(" # ");
     line = line.substr(0, comment);
     while (!line.empty() && line.back() == ' ') line.remove_suffix(1);
-    return std::string(line);
+    return utf8_of(line);
 }
 
 }  // namespace

@@ -97,6 +97,22 @@ TEST_CASE("Wrong arguments of import are refused") {
     require_refused(folder, {"import", folder.write("empty.obj", "")}, {"empty.obj"});
 }
 
+TEST_CASE("The scene of an OBJ file in Latin-1 is UTF-8 and opens") {
+    const TemporaryFolder folder;
+    // As programs for Windows write it.
+    const std::string model = folder.write("Süd raum.obj", with(with(kBox, "Putz.001",
+                                                                     "W\xe4nde S\xfc"
+                                                                     "d"),
+                                                                "\n", "\r\n"));
+    const std::string scene = folder.path() / "süd.json";
+    const ProgramResult written = aula_with({"import", model, "--out", scene});
+    INFO(written.err);
+    CHECK(written.status == 0);
+    CHECK_THAT(written.err, Contains("material \"Wände Süd\": plaster, \"wande\" is in"));
+    CHECK_THAT(read_file(scene), Contains("\"Wände Süd\": \"plaster\""));
+    CHECK(aula_with({"check", scene}).status == 0);
+}
+
 TEST_CASE("A sound inside a model sounds as its file") {
     const TemporaryFolder folder;
     const std::filesystem::path corpus = AULA_SOURCE_DIR "/tests/fuzz/corpus/sound";

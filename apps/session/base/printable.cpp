@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <string_view>
 
+#include "engine/input/utf8.h"
+
 namespace aula {
 
 namespace {
@@ -21,23 +23,13 @@ bool is_directional(std::string_view character) {
 /// Length in bytes of the UTF-8 character at `at`. 0 if it is invalid, or a control character other
 /// than a line feed.
 std::size_t character_length(const std::string& text, std::size_t at) {
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
-    };
-    const unsigned lead = byte(at);
+    const auto lead = static_cast<unsigned char>(text[at]);
     if (lead < 0x80) return (lead >= 0x20 && lead != 0x7F) || lead == '\n' ? 1 : 0;
-    const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-    if (lead < 0xC2 || lead > 0xF4) return 0;
-    // Longer than necessary, surrogates, and beyond U+10FFFF.
-    const unsigned second = byte(at + 1);
-    if ((lead == 0xE0 && second < 0xA0) || (lead == 0xED && second > 0x9F) ||
-        (lead == 0xF0 && second < 0x90) || (lead == 0xF4 && second > 0x8F))
-        return 0;
-    for (std::size_t i = 1; i < length; ++i)
-        if ((byte(at + i) & 0xC0U) != 0x80U) return 0;
+    const std::size_t length = utf8_length(text, at);
+    const std::string_view character = std::string_view(text).substr(at, length);
     // U+0080 to U+009F are control characters.
-    if (lead == 0xC2 && second < 0xA0) return 0;
-    return is_directional(std::string_view(text).substr(at, length)) ? 0 : length;
+    if (character.starts_with('\xC2') && character < "\u00A0") return 0;
+    return is_directional(character) ? 0 : length;
 }
 
 }  // namespace
