@@ -8,7 +8,6 @@
 #include "engine/base/sampling.h"
 #include "engine/rays/wall_crossing.h"
 #include "engine/trace/resampling.h"
-#include "engine/trace/transmitted_paths.h"
 
 namespace aula {
 
@@ -29,8 +28,8 @@ constexpr float kLateShare = 0.25F;
 /// radiated energy has no finer resolution.
 constexpr float kJoined = 0.5F;
 
-/// Largest number of rays of a batch that continue behind walls.
-constexpr std::size_t kPlacesBehindWalls = TransmittedPaths::kPlaces;
+/// Seeds the survival of the rays behind walls, beside the generations of the resampling.
+constexpr std::uint64_t kRoulette = 100;
 
 struct MirrorRay {
     Ray ray;
@@ -51,6 +50,7 @@ struct Departures {
     std::vector<MirrorRay> entering;  ///< [entry] with the weight at the wall
     std::vector<WallExit> exits;      ///< [entry]
     Resampler resampler;
+    Thinning thinning;
 
     void clear() {
         rays.clear();
@@ -60,7 +60,7 @@ struct Departures {
     }
 };
 
-/// Continues rays straight on through walls. Their number is limited by resampling.
+/// Continues rays straight on through walls. Their number is limited as that of emitted paths.
 void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
                 Departures& departures) {
     if (departures.entries.empty()) return;
@@ -87,11 +87,18 @@ void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
         weights.push_back(r.weight);
         crossings.push_back(r.crossings);
     }
+    double energy = 0;
+    for (const Bands& of_ray : weights) energy += double{of_ray.sum()};
+    Thinning& thinning = departures.thinning;
+    const float factor =
+        thinning.next(energy, double{RandomStream(derive_seed(seed, kRoulette)).uniform()});
     std::vector<MirrorRay> kept;
-    for (const Resampler::Survivor& survivor :
-         departures.resampler.choose(weights, crossings, kPlacesBehindWalls, seed)) {
-        kept.push_back(behind[survivor.index]);
-        kept.back().weight *= survivor.factor;
+    if (factor > 0) {
+        for (const Resampler::Survivor& survivor :
+             departures.resampler.choose(weights, crossings, thinning.places(), seed)) {
+            kept.push_back(behind[survivor.index]);
+            kept.back().weight *= factor * survivor.factor;
+        }
     }
     behind = std::move(kept);
 }

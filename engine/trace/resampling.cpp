@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "engine/base/band_vector.h"
 #include "engine/base/sampling.h"
+#include "engine/trace/path_batch.h"
 
 namespace aula {
 
@@ -56,6 +58,19 @@ void divide(std::size_t places, Generations& generations) {
 }
 
 }  // namespace
+
+float Thinning::next(double energy, double u) {
+    constexpr double kShare = double{kFewest} / double{kMost};
+    highest_energy_ = std::max(highest_energy_, energy);
+    const double thinning_from = double{PathBatch::kRouletteEnergy} * highest_energy_;
+    const double share = std::sqrt(energy / thinning_from);
+    places_ = static_cast<std::size_t>(double{kMost} * std::clamp(share, kShare, 1.0));
+    const double roulette_from = thinning_from * kShare * kShare * survival_;
+    if (!(energy < roulette_from)) return 1;
+    const double survival = std::sqrt(energy / roulette_from);
+    survival_ *= survival;
+    return u < survival ? static_cast<float>(1 / survival) : 0;
+}
 
 std::span<const Resampler::Survivor> Resampler::choose(std::span<const Bands> energies,
                                                        std::span<const std::uint32_t> walls_passed,

@@ -35,4 +35,25 @@ class Resampler {
     std::vector<Survivor> survivors_;
 };
 
+/// The number of paths behind walls as their energy falls. From -30 dB of the highest energy on it
+/// falls with the square root of the energy, to kFewest. Then all paths together survive a
+/// reflection with the square root of the share of energy that it leaves: the roulette of single
+/// paths cannot end them where each hit adds a path, as in the gap of a door.
+class Thinning {
+ public:
+    static constexpr std::size_t kMost = 32;
+    static constexpr std::size_t kFewest = 6;
+
+    /// Sets the number of places for paths of that total energy. Returns the factor of their
+    /// energies if they survive, which `u`, uniform in 0..1, decides; else 0.
+    float next(double energy, double u);
+
+    std::size_t places() const { return places_; }
+
+ private:
+    double highest_energy_ = 0;
+    double survival_ = 1;  ///< of all paths so far
+    std::size_t places_ = kMost;
+};
+
 }  // namespace aula

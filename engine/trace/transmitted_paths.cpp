@@ -1,7 +1,6 @@
 #include "engine/trace/transmitted_paths.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
@@ -100,22 +99,6 @@ void TransmittedPaths::transmit(const PathBatch& from, int reflections) {
     }
 }
 
-/// Sets the number of places for paths of that total energy. Returns the factor of their energies
-/// if they survive, else 0.
-float TransmittedPaths::thin_out(double energy, std::uint64_t seed) {
-    constexpr double kShare = double{kFewestPlaces} / double{kPlaces};
-    highest_energy_ = std::max(highest_energy_, energy);
-    const double thinning_from = double{PathBatch::kRouletteEnergy} * highest_energy_;
-    const double share = std::sqrt(energy / thinning_from);
-    places_ = static_cast<std::size_t>(double{kPlaces} * std::clamp(share, kShare, 1.0));
-    const double roulette_from = thinning_from * kShare * kShare * survival_;
-    if (!(energy < roulette_from)) return 1;
-    const double survival = std::sqrt(energy / roulette_from);
-    survival_ *= survival;
-    const double u{RandomStream(derive_seed(seed, SeedPurpose::roulette)).uniform()};
-    return u < survival ? static_cast<float>(1 / survival) : 0;
-}
-
 void TransmittedPaths::admit() {
     PathBatch& present = *paths_;
     if (present.count + emerging_->count == 0) return;
@@ -129,9 +112,10 @@ void TransmittedPaths::admit() {
     double energy = 0;
     for (const Bands& of_path : energies_) energy += double{of_path.sum()};
     next_->count = 0;
-    const float factor = thin_out(energy, seed);
+    const float factor = thinning_.next(
+        energy, double{RandomStream(derive_seed(seed, SeedPurpose::roulette)).uniform()});
     if (!(factor > 0)) return std::swap(paths_, next_);
-    const auto survivors = resampler_.choose(energies_, crossings_, places_, seed);
+    const auto survivors = resampler_.choose(energies_, crossings_, thinning_.places(), seed);
     std::size_t last = energies_.size();
     for (const Resampler::Survivor& survivor : survivors) {
         const std::size_t lane = next_->count;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/worker_pool.h"
+#include "tests/engine/rooms_in_row.h"
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
@@ -364,4 +365,25 @@ TEST_CASE("A gather sends all its rays, and none of its paths is longer than all
         CHECK(sent.size() < static_cast<std::size_t>(count) * 30);
         CHECK(sent.size() > static_cast<std::size_t>(count) * 5);
     }
+}
+
+TEST_CASE(
+    "gather rays behind walls that transmit end with their energy, however long the response") {
+    Scene scene = test::row_of_rooms(2, 0.1F, 0.1F);
+    const std::vector<Vec3> inside{scene.sources[0].position_at(0), scene.listener.pose.position};
+    const auto segments = [&](float max_length_m) {
+        const RayScene rays(scene);
+        WorkerPool workers(2);
+        const PatchGrid grid(rays, 0.5F, inside, 1, workers);
+        Emitter receiver;
+        receiver.position = inside[1];
+        FinalGather gather(rays, grid, receiver, {.rays = 512, .max_length_m = max_length_m}, 1);
+        trace_all(gather);
+        return gather.segments();
+    };
+    const std::uint64_t opaque = segments(2000);
+    // In the gap nearly each hit adds a ray.
+    test::add_partition(scene, 4.5F, 20);
+    test::add_partition(scene, 5.5F, 20);
+    CHECK(segments(2000) < 4 * opaque);
 }

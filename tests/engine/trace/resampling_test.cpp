@@ -1,6 +1,7 @@
 #include "engine/trace/resampling.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <numeric>
 
 #include "engine/base/sampling.h"
@@ -145,4 +146,33 @@ TEST_CASE("a generation has places for its share of each band, however weak the 
     for (const Resampler::Survivor& s : survivors) of_weak_band += walls[s.index] == 2 ? 1 : 0;
     CHECK(survivors.size() == 30);
     CHECK(of_weak_band == 15);
+}
+
+TEST_CASE("thinning keeps the mean energy, and paths that never end by themselves die out") {
+    constexpr int kRuns = 2000;
+    constexpr int kSteps = 200;
+    constexpr int kMiddle = 130;  // -59 dB: where all paths together may end
+    double places = 0;
+    double energy = 0;
+    double square = 0;
+    int alive = 0;
+    RandomStream random(test::test_seed());
+    for (int run = 0; run < kRuns; ++run) {
+        Thinning thinning;
+        double factor = 1;
+        for (int step = 0; step < kSteps && factor > 0; ++step) {
+            factor *= double{thinning.next(factor * std::pow(0.9, step), double{random.uniform()})};
+            if (factor > 0) places += static_cast<double>(thinning.places());
+            if (step != kMiddle) continue;
+            energy += factor / kRuns;
+            square += factor * factor / kRuns;
+        }
+        alive += factor > 0 ? 1 : 0;
+    }
+    // Four standard errors.
+    CHECK(energy == Approx(1).margin(4 * std::sqrt((square - 1) / kRuns)));
+    CHECK(square > 1.1);
+    // Without thinning all paths live, in 32 places.
+    CHECK(alive < kRuns / 10);
+    CHECK(places / kRuns < 0.5 * 32 * kSteps);
 }
