@@ -13,7 +13,7 @@ namespace {
 constexpr double kRingTail_s = 0.1;
 
 /// The source that the renderer plays, and the listener.
-constexpr SourceId kSource{1};
+constexpr SourceId kVoiceSource{1};
 constexpr std::size_t kListener = 0;
 
 }  // namespace
@@ -60,7 +60,7 @@ GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimen
       renderer_(dimensions.config, 1, dimensions.hrtf),
       head_pose_(places_.listener_pose(values_)),
       outputs_(channel_count(dimensions.config.output)) {
-    renderer_.set_source(0, kSource);
+    renderer_.set_source(0, kVoiceSource);
     renderer_.turn_head(kListener, head_pose_);
     room_->add(*this);
 }
@@ -112,7 +112,7 @@ void GroupVoice::render(const float* input, std::span<float* const> outputs, int
     for (std::size_t done = 0; done < count;) {
         const std::size_t part = std::min(block_, count - done);
         for (std::size_t c = 0; c < outputs_.size(); ++c) outputs_[c] = outputs[c] + done;
-        const std::array<SourceSignal, 1> inputs{SourceSignal{kSource, input + done}};
+        const std::array<SourceSignal, 1> inputs{SourceSignal{kVoiceSource, input + done}};
         renderer_.render(inputs, 0, {}, outputs_, static_cast<int>(part));
         done += part;
     }

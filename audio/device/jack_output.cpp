@@ -22,7 +22,7 @@ namespace {
 constexpr const char* kHostApi = "JACK";
 constexpr std::size_t kMaxChannels = 16;
 
-void ignore(const char*) {}
+void ignore_jack_text(const char*) {}
 
 struct CloseClient {
     void operator()(jack_client_t* client) const { jack_client_close(client); }
@@ -186,8 +186,8 @@ class JackInput final : public Input {
 
 bool load_silent_jack() {
     if (load_jack() == nullptr) return false;
-    jack_set_error_function(ignore);
-    jack_set_info_function(ignore);
+    jack_set_error_function(ignore_jack_text);
+    jack_set_info_function(ignore_jack_text);
     return true;
 }
 

@@ -61,7 +61,7 @@ constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
 constexpr std::chrono::seconds kLongestStart{5};
 
 void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
-void ignore(const char*) {}
+void ignore_port_audio_text(const char*) {}
 
 /// Why PortAudio refused.
 std::string reason(PaError error) {
@@ -113,7 +113,7 @@ class PortAudio {
         snd_lib_error_set_handler(ignore_alsa);
         if (!is_alsa_configured())
             throw Failure("audio cannot be initialised: ALSA has no usable configuration");
-        PaUtil_SetDebugPrintFunction(ignore);
+        PaUtil_SetDebugPrintFunction(ignore_port_audio_text);
         load_silent_jack();  // a PCM of ALSA may use it
         const PaError error = Pa_Initialize();
         if (error != paNoError) {

@@ -16,7 +16,9 @@ namespace aula {
 
 namespace {
 
-[[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
+[[noreturn]] void fail_to_name(int error) {
+    throw std::system_error(error, std::generic_category());
+}
 
 /// Whether an open file still has the name.
 bool has_name(int descriptor, const std::filesystem::path& name) {
@@ -48,7 +50,7 @@ void check_replaceable(const std::filesystem::path& target) {
 }
 
 void rename_flushed(const std::filesystem::path& from, const std::filesystem::path& to) {
-    if (std::rename(from.c_str(), to.c_str()) != 0) fail(errno);
+    if (std::rename(from.c_str(), to.c_str()) != 0) fail_to_name(errno);
     flush_names(to.parent_path());
 }
 
@@ -57,12 +59,12 @@ void flush_names(const std::filesystem::path& folder) {
         open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     // A folder may be writable and not readable.
     if (descriptor < 0 && errno == EACCES) return;
-    if (descriptor < 0) fail(errno);
+    if (descriptor < 0) fail_to_name(errno);
     // Some file systems do not support it.
     const bool flushed = fsync(descriptor) == 0 || errno == EINVAL || errno == ENOSYS;
     const int error = errno;
     close(descriptor);
-    if (!flushed) fail(error);
+    if (!flushed) fail_to_name(error);
 }
 
 }  // namespace aula

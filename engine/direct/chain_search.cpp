@@ -19,8 +19,6 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 // The search for the chains of a pair: A* with the cost of a path, its length and a penalty for
 // each bend.
 constexpr double kPerBend_m = 3;
@@ -30,8 +28,8 @@ constexpr std::size_t kMaxFound = 16;
 constexpr std::size_t kMaxContacts = 12;
 constexpr std::size_t kMaxNearEdges = 512;
 constexpr std::size_t kMaxNeighbours = 64;
-constexpr double kLongestDetour_m = 15;
-constexpr double kLongestLitDetour_m = 2;
+constexpr double kLongestSearchedDetour_m = 15;
+constexpr double kLongestLitSearchedDetour_m = 2;
 constexpr double kLongestSegment_m = 30;
 
 // The work of a frame: pairs of edges and partial paths that are tested, and rays. The first search
@@ -52,7 +50,7 @@ bool is_beside(const DiffractionEdge& edge, const glm::dvec3& point) {
     const WedgePoint p = edge.coordinates(point);
     return p.radius_m > kOnLine_m &&
            (p.angle_rad < edge.open_angle_rad + DiffractionEdge::kOnFace_rad ||
-            p.angle_rad > 2 * kPi - DiffractionEdge::kOnFace_rad);
+            p.angle_rad > 2 * std::numbers::pi - DiffractionEdge::kOnFace_rad);
 }
 
 /// A point of an edge that a ray may meet, off its faces, in the middle of the open angle.
@@ -63,8 +61,9 @@ Vec3 point_off(const DiffractionEdge& edge, double place) {
 
 /// One beside the faces of a free edge, on a side.
 Vec3 point_beside(const DiffractionEdge& edge, double place, const glm::dvec3& side) {
-    const bool is_first = glm::dot(edge.direction(kPi / 2), side) > 0;
-    const double angle_rad = is_first ? kPi / 2 : edge.open_angle_rad - kPi / 2;
+    const bool is_first = glm::dot(edge.direction(std::numbers::pi / 2), side) > 0;
+    const double angle_rad =
+        is_first ? std::numbers::pi / 2 : edge.open_angle_rad - std::numbers::pi / 2;
     return EdgePassage(edge, place * edge.length_m, angle_rad, angle_rad).point(0);
 }
 
@@ -173,7 +172,7 @@ std::optional<EdgeChain> ChainSearch::chain_of(const Sequence& sequence, const V
 ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& listener) const {
     const glm::dvec3 from(source);
     const glm::dvec3 to(listener);
-    const double longest_m = glm::distance(from, to) + kLongestDetour_m;
+    const double longest_m = glm::distance(from, to) + kLongestSearchedDetour_m;
     std::vector<std::pair<double, std::uint32_t>> lengths;
     for (std::uint32_t e = 0; e < edges_.count(); ++e) {
         const DiffractionEdge& edge = edges_[e];
@@ -241,7 +240,7 @@ bool ChainSearch::is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget
         };
         // From a point in the plane of a screen rays pass on one side of it.
         const auto sees_beside = [&] {
-            const glm::dvec3 side = at.direction(kPi / 2);
+            const glm::dvec3 side = at.direction(std::numbers::pi / 2);
             budget.rays -= 2;
             return edges_.visible(seen.point, point_beside(at, nearest, side)) ||
                    edges_.visible(seen.point, point_beside(at, nearest, -side));
@@ -272,7 +271,7 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
                 !b.is_in_screen(a.point(from * a.length_m))) {
                 continue;
             }
-            const glm::dvec3 normal = a.direction(kPi / 2);
+            const glm::dvec3 normal = a.direction(std::numbers::pi / 2);
             for (const glm::dvec3& side : {normal, -normal}) {
                 --budget.rays;
                 if (edges_.visible(point_beside(a, from, side), point_beside(b, to, side))) {
@@ -329,7 +328,7 @@ ChainSearch::Sequence ChainSearch::neighbours(std::uint32_t edge, Budget& budget
 void ChainSearch::search(PairChains& pair, Budget& budget) {
     const glm::dvec3 from(pair.source);
     const glm::dvec3 to(pair.listener);
-    const double longest_m = glm::distance(from, to) + kLongestDetour_m;
+    const double longest_m = glm::distance(from, to) + kLongestSearchedDetour_m;
     const Sequence near = near_edges(pair.source, pair.listener);
     const auto visible_from = [&](const Vec3& point) {
         SeenEdges& seen = seen_from(point);
@@ -371,11 +370,11 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
             const glm::dvec3 last = i > 0 ? edges[i - 1]->point(path.along_m[i - 1]) : to;
             const glm::dvec3 next = edges[i + 1]->point(path.along_m[i + 1]);
             const double turn_rad = edges[i]->open_angle_of(last) - edges[i]->open_angle_of(next);
-            if (std::abs(turn_rad) >= kPi) continue;
+            if (std::abs(turn_rad) >= std::numbers::pi) continue;
             const bool is_on_curve = is_one_bend(*edges[i], *edges[i + 1]) ||
                                      (i > 0 && is_one_bend(*edges[i - 1], *edges[i]));
             if (is_on_curve || glm::distance(last, here) + glm::distance(here, next) >=
-                                   glm::distance(last, next) + kLongestLitDetour_m) {
+                                   glm::distance(last, next) + kLongestLitSearchedDetour_m) {
                 return;
             }
         }

@@ -13,8 +13,8 @@ namespace aula {
 namespace {
 
 // Weaker chains than the strongest path between the same points are dropped; they fade out before.
-constexpr double kWeakest_db = -36;
-constexpr double kFade_db = 6;
+constexpr double kWeakestChain_db = -36;
+constexpr double kChainFade_db = 6;
 
 }  // namespace
 
@@ -55,7 +55,8 @@ std::vector<EdgePath> ChainSearch::find(const Vec3& source, const Vec3& listener
     }
     for (std::size_t i = 0; i < chains.size(); ++i) {
         const auto& [level_db, chain] = chains[i];
-        const double share = smooth_step((level_db - strongest_db - kWeakest_db) / kFade_db);
+        const double share =
+            smooth_step((level_db - strongest_db - kWeakestChain_db) / kChainFade_db);
         if (share == 0) continue;
         paths[i].field = chain.field(integral_, scene_, attenuation_per_m);
         const double weight = share * chain.opening(edges_);

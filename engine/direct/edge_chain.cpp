@@ -4,6 +4,7 @@
 #include <array>
 #include <complex>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
@@ -13,36 +14,35 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
 constexpr double kLeastSegment_m = 1e-3;
 
 // Rays pass an edge that closely, and rays to the end of an edge end beside it.
-constexpr double kBesideEdge_m = 2e-3 + EdgePassage::kFromEnd_m;
+constexpr double kBesideChain_m = 2e-3 + EdgePassage::kFromEnd_m;
 constexpr double kBehindFace_m = 1e-5;
 constexpr double kLeastTurn_rad = 1e-6;
 
 // Largest detours; fields fade out over the last quarter before them.
-constexpr double kLongestDetour_m = 15;
-constexpr double kLongestLitDetour_m = 2;
+constexpr double kLongestChainDetour_m = 15;
+constexpr double kLongestLitChainDetour_m = 2;
 
 // The products from both ends have a mean phase up to that angle from opposite phases.
-constexpr double kOppositePhases_rad = kPi / 4;
+constexpr double kOppositePhases_rad = std::numbers::pi / 4;
 
 // The thin screen limits a chain of which each bend is above this angle.
 constexpr double kSharpBend_rad = 0.1;
 
 /// Whether a point lies in a face of an edge, up to the tolerance of the search for edges.
 bool is_on_face(double angle_rad, double open_angle_rad) {
-    return std::min({angle_rad, std::abs(angle_rad - open_angle_rad), 2 * kPi - angle_rad}) <
-           DiffractionEdge::kOnFace_rad;
+    return std::min({angle_rad, std::abs(angle_rad - open_angle_rad),
+                     2 * std::numbers::pi - angle_rad}) < DiffractionEdge::kOnFace_rad;
 }
 
 /// Whether a point lies behind the faces of an edge, by more than rounding: a segment that ends at
 /// a corner of a face may lie in the face.
 bool is_behind(const DiffractionEdge& edge, const WedgePoint& point) {
     const double behind_rad =
-        std::min(point.angle_rad - edge.open_angle_rad, 2 * kPi - point.angle_rad);
+        std::min(point.angle_rad - edge.open_angle_rad, 2 * std::numbers::pi - point.angle_rad);
     return behind_rad * point.radius_m > kBehindFace_m;
 }
 
@@ -67,8 +67,8 @@ void divide_by_free_field(const WedgePoint& source, const WedgePoint& receiver, 
 /// Source and receiver at a half plane that a path bends around by an angle.
 struct ScreenPoints {
     ScreenPoints(double turn_rad, WedgePoint from, WedgePoint to) : source(from), receiver(to) {
-        source.angle_rad = (kPi - turn_rad) / 2;
-        receiver.angle_rad = source.angle_rad + kPi + turn_rad;
+        source.angle_rad = (std::numbers::pi - turn_rad) / 2;
+        receiver.angle_rad = source.angle_rad + std::numbers::pi + turn_rad;
     }
     WedgePoint source;
     WedgePoint receiver;
@@ -83,7 +83,7 @@ std::optional<EdgeChain> EdgeChain::over(std::span<const DiffractionEdge* const>
     chain.source_ = source;
     chain.listener_ = listener;
     chain.length_m_ = path.length_m;
-    if (path.length_m >= glm::distance(source, listener) + kLongestDetour_m) return {};
+    if (path.length_m >= glm::distance(source, listener) + kLongestChainDetour_m) return {};
     double before_m = 0;
     glm::dvec3 last = source;
     for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -150,8 +150,8 @@ void EdgeChain::choose_face(std::size_t contact) {
     const auto angle_on = [](const DiffractionEdge& edge, const glm::dvec3& side,
                              double angle_rad) {
         const double open_rad = edge.open_angle_rad;
-        const bool first =
-            edge.is_free() ? glm::dot(edge.direction(kPi / 2), side) > 0 : angle_rad < open_rad / 2;
+        const bool first = edge.is_free() ? glm::dot(edge.direction(std::numbers::pi / 2), side) > 0
+                                          : angle_rad < open_rad / 2;
         return first ? 0 : open_rad;
     };
     std::array<glm::dvec3, 2> sides;
@@ -198,7 +198,7 @@ bool EdgeChain::find_bends() {
         bend.middle_m =
             bend.turn_rad > 0 ? moment / bend.turn_rad : 0.5 * (first.before_m + last.before_m);
         // No half plane turns a path by more; it fades out before, see share().
-        if (bend.is_curved && bend.turn_rad >= kPi) return false;
+        if (bend.is_curved && bend.turn_rad >= std::numbers::pi) return false;
         if (bend.is_curved && bend.first == bend.last) {
             WedgePoint before = coordinates(*first.edge, bend.first);
             WedgePoint after = coordinates(*first.edge, bend.first + 2);
@@ -210,7 +210,7 @@ bool EdgeChain::find_bends() {
         const glm::dvec3 right = point(bend.last + 2);
         bend.beyond_m = glm::distance(left, first.apex) + last.before_m - first.before_m +
                         glm::distance(last.apex, right) - glm::distance(left, right);
-        if (bend.turn_rad < 0 && bend.beyond_m >= kLongestLitDetour_m) return false;
+        if (bend.turn_rad < 0 && bend.beyond_m >= kLongestLitChainDetour_m) return false;
         i = bend.last + 1;
         bends_.push_back(bend);
     }
@@ -271,12 +271,14 @@ bool EdgeChain::is_at_boundary(std::size_t edge) const {
     if (contact.edge->is_curved) return false;
     const double before_m = glm::distance(point(edge), contact.apex);
     const double after_m = glm::distance(contact.apex, point(edge + 2));
-    return std::abs(contact.bend_rad()) * before_m * after_m < kBesideEdge_m * (before_m + after_m);
+    return std::abs(contact.bend_rad()) * before_m * after_m <
+           kBesideChain_m * (before_m + after_m);
 }
 
 void EdgeChain::set_lit(std::size_t edge, bool is_lit) {
     Contact& contact = contacts_[edge];
-    const double turn_rad = is_lit ? kPi - kLeastTurn_rad : kPi + kLeastTurn_rad;
+    const double turn_rad =
+        is_lit ? std::numbers::pi - kLeastTurn_rad : std::numbers::pi + kLeastTurn_rad;
     if ((contact.bend_rad() < 0) == is_lit) return;
     const double sign = contact.out_rad > contact.in_rad ? 1 : -1;
     double& angle_rad = contact.shares_next ? contact.in_rad : contact.out_rad;
@@ -369,7 +371,7 @@ ComplexBands EdgeChain::thin_screen(const WedgeIntegral& integral) const {
         sum_rad += angle_rad;
         moment += angle_rad * contacts_[i].before_m;
     }
-    const double turn_rad = std::min(kPi, std::max(largest_rad, glm::length(turn)));
+    const double turn_rad = std::min(std::numbers::pi, std::max(largest_rad, glm::length(turn)));
     const double middle_m = sum_rad > 0 ? moment / sum_rad : 0.5 * length_m_;
     const ScreenPoints at(turn_rad, {.radius_m = std::max(middle_m, kLeastRadius_m)},
                           {.radius_m = std::max(length_m_ - middle_m, kLeastRadius_m)});
@@ -381,11 +383,12 @@ ComplexBands EdgeChain::thin_screen(const WedgeIntegral& integral) const {
 /// The share of the field that remains near the limits of the model: towards the longest detours,
 /// and where two edges come together that do not bound one narrow face.
 double EdgeChain::share() const {
-    double share =
-        smooth_step(4 * (1 - (length_m_ - glm::distance(source_, listener_)) / kLongestDetour_m));
+    double share = smooth_step(
+        4 * (1 - (length_m_ - glm::distance(source_, listener_)) / kLongestChainDetour_m));
     for (const Bend& bend : bends_) {
-        if (bend.turn_rad < 0) share *= smooth_step(4 * (1 - bend.beyond_m / kLongestLitDetour_m));
-        if (bend.is_curved) share *= smooth_step(4 * (1 - bend.turn_rad / kPi));
+        if (bend.turn_rad < 0)
+            share *= smooth_step(4 * (1 - bend.beyond_m / kLongestLitChainDetour_m));
+        if (bend.is_curved) share *= smooth_step(4 * (1 - bend.turn_rad / std::numbers::pi));
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         const Contact& here = contacts_[i];
@@ -440,7 +443,7 @@ ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RaySc
     ComplexBands back;
     ahead.fill(1);
     back.fill(1);
-    double least_bend_rad = kPi;
+    double least_bend_rad = std::numbers::pi;
     for (std::size_t i = 0; i < bends_.size(); ++i) {
         const Bend& bend = bends_[i];
         const double last_m = i > 0 ? bends_[i - 1].middle_m : 0;
@@ -470,7 +473,7 @@ ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RaySc
         const std::complex<double> ratio = back[b] / ahead[b];
         const std::complex<double> both = ahead[b] * std::pow(ratio, toward_back);
         const double agreement =
-            smooth_step((kPi - std::abs(std::arg(ratio))) / kOppositePhases_rad);
+            smooth_step((std::numbers::pi - std::abs(std::arg(ratio))) / kOppositePhases_rad);
         const double least = std::min(std::abs(ahead[b]), std::abs(back[b]));
         double magnitude = once[b] * (least + straight_first * (std::abs(ahead[b]) - least) +
                                       straight_last * (std::abs(back[b]) - least));

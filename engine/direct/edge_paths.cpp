@@ -20,18 +20,17 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kBesideEdge_m = 1e-3;
 
 // In the lit zone an edge matters up to two wavelengths of the lowest band.
 constexpr double kLongestLitDetour_m = 11;
 
-// Weaker paths and taps fade out over kFade_db before they are dropped. Levels are relative to the
-// strongest path and to the primary tap, in the band where they are highest.
+// Weaker paths and taps fade out over kPathFade_db before they are dropped. Levels are relative to
+// the strongest path and to the primary tap, in the band where they are highest.
 constexpr std::size_t kMaxPaths = 32;
 constexpr double kWeakestPath_db = -60;
 constexpr double kWeakestTap_db = -40;
-constexpr double kFade_db = 6;
+constexpr double kPathFade_db = 6;
 
 // Changes of the primary path beyond which it is a different one for the renderer.
 constexpr double kJump_m = 0.1;
@@ -40,7 +39,7 @@ constexpr float kJump_rad = 0.1F;
 Bands energy_of(const ComplexBands& field) {
     Bands energy;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        energy[b] = static_cast<float>(std::norm(field[b]) / (4 * kPi));
+        energy[b] = static_cast<float>(std::norm(field[b]) / (4 * std::numbers::pi));
     }
     return energy;
 }
@@ -65,14 +64,16 @@ double fade_threshold_db(std::vector<double> levels_db, std::size_t most, double
 }
 
 /// Weight of a path or tap, from 0 at the threshold to 1.
-double fade_weight(double above_threshold_db) { return smooth_step(above_threshold_db / kFade_db); }
+double fade_weight(double above_threshold_db) {
+    return smooth_step(above_threshold_db / kPathFade_db);
+}
 
 /// sin(pi x) / (pi x) for x = base_x 2^b in each band.
 std::array<double, kBandCount> sinc_of_bands(double base_x) {
     std::array<double, kBandCount> sinc;
-    double sine = std::sin(kPi * base_x);
-    double cosine = std::cos(kPi * base_x);
-    double x = kPi * base_x;
+    double sine = std::sin(std::numbers::pi * base_x);
+    double cosine = std::cos(std::numbers::pi * base_x);
+    double x = std::numbers::pi * base_x;
     for (double& value : sinc) {
         value = x < 1e-6 ? 1 : sine / x;
         const double twice = 2 * sine * cosine;  // of the double angle
@@ -143,7 +144,8 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
         const double behind_rad = point->angle_rad - at.open_angle_rad;
         if (!(behind_rad > 0)) continue;
         c.is_behind = true;
-        point->angle_rad = point->angle_rad + behind_rad < 2 * kPi ? at.open_angle_rad : 0;
+        point->angle_rad =
+            point->angle_rad + behind_rad < 2 * std::numbers::pi ? at.open_angle_rad : 0;
     }
     if (at.is_curved && !at.is_nearest(c.source, c.listener)) return {};
     const double across_m = c.source.radius_m + c.listener.radius_m;
@@ -157,7 +159,8 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
     c.detour_m = std::max(0.0, c.length_m - straight_m);
     c.is_lit = WedgeIntegral::is_lit(c.source, c.listener);
     if (c.detour_m >= (c.is_lit ? kLongestLitDetour_m : kLongestDetour_m)) return {};
-    const double beyond_rad = kPi - std::abs(c.listener.angle_rad - c.source.angle_rad);
+    const double beyond_rad =
+        std::numbers::pi - std::abs(c.listener.angle_rad - c.source.angle_rad);
     c.is_at_boundary =
         apex_m == c.along_m &&
         std::abs(beyond_rad) * c.source.radius_m * c.listener.radius_m < kBesideEdge_m * across_m;
@@ -169,7 +172,7 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
 /// slot's width.
 EdgeField EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
     const DiffractionEdge& edge = edges_[c.edge];
-    const double turn_rad = std::abs(c.listener.angle_rad - c.source.angle_rad) - kPi;
+    const double turn_rad = std::abs(c.listener.angle_rad - c.source.angle_rad) - std::numbers::pi;
     EdgeField field = edge.is_curved
                           ? EdgeField{.direct = curved_field(integral_, scene_, edge, turn_rad,
                                                              c.source, c.listener)}
@@ -298,7 +301,8 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
 
 /// x = (L_i - L_j) B / c of the lowest octave, with B / c = k / (2 pi sqrt(2)); see energy().
 double EdgePaths::coherence_argument(const EdgePath& a, const EdgePath& b) const {
-    const double x_per_m = integral_.wave_number_per_m(0) / (2 * kPi * std::numbers::sqrt2);
+    const double x_per_m =
+        integral_.wave_number_per_m(0) / (2 * std::numbers::pi * std::numbers::sqrt2);
     return std::abs(a.length_m - b.length_m) * x_per_m;
 }
 
@@ -321,7 +325,7 @@ Bands EdgePaths::energy(std::span<const EdgePath> paths) const {
     }
     Bands mean;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        mean[b] = static_cast<float>(std::max(0.0, sum[b]) / (4 * kPi));
+        mean[b] = static_cast<float>(std::max(0.0, sum[b]) / (4 * std::numbers::pi));
     }
     return mean;
 }
@@ -344,7 +348,8 @@ Bands EdgePaths::limit(std::span<EdgePath> paths, double straight_m,
             const bool is_single_edge = path.edges.size() == 1 && path.is_plain;
             if (is_single_edge) most = std::max(most, std::norm(path.field[b]));
         }
-        const double above_db = 10 * std::log10(4 * kPi * double{mean[b]} / most) - knee_db;
+        const double above_db =
+            10 * std::log10(4 * std::numbers::pi * double{mean[b]} / most) - knee_db;
         if (!(above_db > 0)) continue;
         const double excess_db = above_db - range_db * std::tanh(above_db / range_db);
         const double factor = std::pow(10, -excess_db / 20);

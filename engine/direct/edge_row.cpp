@@ -20,15 +20,14 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kParallel = 0.99;  // cosine of the angle between edges of a row
 constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of an open angle and up
 constexpr double kNearestEnd_m = 0.05;    // from an edge to an end of the path
 constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
 constexpr double kOffStraight_m = 0.04;
 constexpr double kLift_m = 2e-3;  // of rays that would touch edges
-constexpr double kOnFace_rad = kPi / 180;
-constexpr double kSharpBend_rad = 0.1;
+constexpr double kOnFace_rad = std::numbers::pi / 180;
+constexpr double kSharpRowBend_rad = 0.1;
 constexpr double kBesideObstacle_m = 0.5;
 
 // Edges below the path are independent towards the longest detour, as are edges whose ends are near
@@ -43,7 +42,7 @@ bool share_face(const DiffractionEdge& a, const glm::dvec3& a_apex, const Diffra
     const auto is_on_face = [](const DiffractionEdge& edge, const glm::dvec3& point) {
         const double angle_rad = edge.coordinates(point).angle_rad;
         return std::min({angle_rad, std::abs(angle_rad - edge.open_angle_rad),
-                         2 * kPi - angle_rad}) < kOnFace_rad;
+                         2 * std::numbers::pi - angle_rad}) < kOnFace_rad;
     };
     return is_on_face(a, b_apex) && is_on_face(b, a_apex);
 }
@@ -194,7 +193,7 @@ std::vector<std::uint32_t> EdgeRow::passed_below(const SceneEdges& edges) const 
     joined.find_obstacles(edges);
     std::vector<std::uint32_t> passed;
     for (const Obstacle& obstacle : joined.obstacles_) {
-        if (obstacle.knife.turn_rad <= kSharpBend_rad) continue;
+        if (obstacle.knife.turn_rad <= kSharpRowBend_rad) continue;
         glm::dvec3 last = source_;
         glm::dvec3 next = listener_;
         for (std::size_t i = 0; i < obstacle.first; ++i) {
@@ -382,7 +381,7 @@ ComplexBands EdgeRow::free_field_ratio(const WedgeIntegral& integral, const RayS
     for (const Obstacle& obstacle : obstacles_) knives.push_back(obstacle.knife);
     ComplexBands ratio = knife_edges(knives, length_m_, integral);
     for (const Obstacle& obstacle : obstacles_) {
-        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpBend_rad);
+        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpRowBend_rad);
         if (sharpness == 0) continue;
         const Bands levels = levels_over_knife(obstacle, integral, scene, edges);
         for (std::size_t b = 0; b < kBandCount; ++b)
@@ -395,7 +394,7 @@ ComplexBands EdgeRow::free_field_ratio(const WedgeIntegral& integral, const RayS
 double EdgeRow::grazing_share() const {
     double largest = 0;
     for (const Obstacle& obstacle : obstacles_) {
-        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpBend_rad);
+        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpRowBend_rad);
         largest = std::max(largest, obstacle.share * (1 - sharpness));
     }
     return largest;

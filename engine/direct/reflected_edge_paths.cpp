@@ -18,22 +18,21 @@ namespace {
 
 using Point = glm::dvec3;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kBesideEdge_m = 1e-3;
+constexpr double kBesideMirroredEdge_m = 1e-3;
 constexpr double kBesidePlane_m = 2e-3;  // merged triangles are up to 1 mm from their plane
 
 // Largest detours over the edge between the images; fields fade out over the last quarter.
-constexpr double kLongestDetour_m = 15;
-constexpr double kLongestLitDetour_m = 11;
+constexpr double kLongestImageDetour_m = 15;
+constexpr double kLongestLitImageDetour_m = 11;
 
 // Planes are selected anew when an end has moved.
-constexpr double kFarther_m = 0.25;
+constexpr double kFartherEnd_m = 0.25;
 constexpr double kLeastPlane_m = 0.5;  // second extent of a plane's bounds
 
 // Of an estimate at 500 Hz, relative to all other paths.
 constexpr std::size_t kBand = 3;
-constexpr double kWeakest_db = -30;
-constexpr double kFade_db = 6;
+constexpr double kWeakestReflected_db = -30;
+constexpr double kReflectedFade_db = 6;
 
 constexpr unsigned kBefore = 1;
 constexpr unsigned kAfter = 2;
@@ -99,8 +98,8 @@ void ReflectedEdgePaths::select_planes(const Point& source, const Point& listene
                                        const ScenePlanes& planes, bool has_moved,
                                        PairReflections& memory) const {
     if (memory.has_planes && !has_moved &&
-        glm::distance(source, memory.selected_source) < kFarther_m &&
-        glm::distance(listener, memory.selected_listener) < kFarther_m) {
+        glm::distance(source, memory.selected_source) < kFartherEnd_m &&
+        glm::distance(listener, memory.selected_listener) < kFartherEnd_m) {
         return;
     }
     memory.has_planes = true;
@@ -158,13 +157,15 @@ std::vector<ReflectedEdgePaths::Candidate> ReflectedEdgePaths::candidates(
                 c.detour_m =
                     std::max(0.0, c.length_m - glm::distance(c.source_image, c.listener_image));
                 c.is_lit = WedgeIntegral::is_lit(c.source, c.listener);
-                if (c.detour_m >= (c.is_lit ? kLongestLitDetour_m : kLongestDetour_m)) continue;
-                const double beyond_rad = kPi - std::abs(c.listener.angle_rad - c.source.angle_rad);
+                if (c.detour_m >= (c.is_lit ? kLongestLitImageDetour_m : kLongestImageDetour_m))
+                    continue;
+                const double beyond_rad =
+                    std::numbers::pi - std::abs(c.listener.angle_rad - c.source.angle_rad);
                 c.is_at_boundary = sides != (kBefore | kAfter) && apex_m == c.along_m &&
                                    std::abs(beyond_rad) * c.source.radius_m * c.listener.radius_m <
-                                       kBesideEdge_m * across_m;
+                                       kBesideMirroredEdge_m * across_m;
                 // A fit of the half plane within 1.5 dB, with N = 2 detour / lambda.
-                const double n = integral_.wave_number_per_m(kBand) * c.detour_m / kPi;
+                const double n = integral_.wave_number_per_m(kBand) * c.detour_m / std::numbers::pi;
                 c.level_db = -20 * std::log10((2 + 4.8 * std::sqrt(n)) * c.length_m);
                 found.push_back(c);
             }
@@ -227,8 +228,8 @@ std::array<double, kBandCount> ReflectedEdgePaths::coverage(const Candidate& c, 
     const double after_m = glm::distance(reflection_point, edges_[c.edge].point(c.along_m));
     std::array<double, kBandCount> share;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        const double zone_m = std::sqrt(2 * kPi / integral_.wave_number_per_m(b) * before_m *
-                                        after_m / (before_m + after_m));
+        const double zone_m = std::sqrt(2 * std::numbers::pi / integral_.wave_number_per_m(b) *
+                                        before_m * after_m / (before_m + after_m));
         share[b] = zone_m > 0 ? smooth_step(free_m / zone_m) : 1;
     }
     return share;
@@ -242,8 +243,9 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
                                                         PairMemory& memory) const {
     if (memory.reflections.bent.empty()) return {};
     select_planes(source, listener, planes, has_moved, memory.reflections);
-    const double total_db = 10 * std::log10(std::max(1e-30, 4 * kPi * double{total[kBand]}));
-    double threshold_db = total_db + kWeakest_db;
+    const double total_db =
+        10 * std::log10(std::max(1e-30, 4 * std::numbers::pi * double{total[kBand]}));
+    double threshold_db = total_db + kWeakestReflected_db;
     struct Free {
         Candidate candidate;
         double opening = 0;
@@ -303,9 +305,9 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
         if (is_after) path.apexes.emplace_back(reflection_points[1]);
         path.field = edge_field(integral_, scene_, edge, c.source, c.listener, {.share = opening});
 
-        const double longest_m = c.is_lit ? kLongestLitDetour_m : kLongestDetour_m;
+        const double longest_m = c.is_lit ? kLongestLitImageDetour_m : kLongestImageDetour_m;
         const double weight = smooth_step(4 * (1 - c.detour_m / longest_m)) *
-                              smooth_step((c.level_db - threshold_db) / kFade_db);
+                              smooth_step((c.level_db - threshold_db) / kReflectedFade_db);
         const Bands factor = directivity.factor(path.departure);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             path.field[b] *=

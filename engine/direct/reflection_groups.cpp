@@ -17,13 +17,12 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kBesideEdge_m = 1e-3;
+constexpr double kBesideReflectingEdge_m = 1e-3;
 
-// A group without an image source fades out over kFade_db before it is dropped. Levels are relative
-// to the energy of all paths, in the band where they are highest.
-constexpr double kWeakest_db = -40;
-constexpr double kFade_db = 6;
+// A group without an image source fades out over kGroupFade_db before it is dropped. Levels are
+// relative to the energy of all paths, in the band where they are highest.
+constexpr double kWeakestGroup_db = -40;
+constexpr double kGroupFade_db = 6;
 
 bool is_silent(const ComplexBands& field) {
     return std::all_of(field.begin(), field.end(), [](const auto& x) { return x == 0.0; });
@@ -34,7 +33,7 @@ double weight_of(const Bands& energy, const Bands& total) {
     for (std::size_t b = 0; b < kBandCount; ++b) {
         if (total[b] > 0) ratio = std::max(ratio, double{energy[b]} / double{total[b]});
     }
-    return smooth_step((10 * std::log10(ratio) - kWeakest_db) / kFade_db);
+    return smooth_step((10 * std::log10(ratio) - kWeakestGroup_db) / kGroupFade_db);
 }
 
 }  // namespace
@@ -59,8 +58,8 @@ std::map<std::uint32_t, ReflectionGroups::Group> ReflectionGroups::groups_of(
         const double apex_m = (s.along_m * l.radius_m + l.along_m * s.radius_m) / across_m;
         // As in WedgeIntegral: the angles by which the reflections are within the faces.
         const double sum_rad = s.angle_rad + l.angle_rad;
-        const std::array<double, 2> within_rad{kPi - sum_rad,
-                                               kPi - (2 * edge.open_angle_rad - sum_rad)};
+        const std::array<double, 2> within_rad{
+            std::numbers::pi - sum_rad, std::numbers::pi - (2 * edge.open_angle_rad - sum_rad)};
         for (std::size_t face = 0; face < 2; ++face) {
             const std::uint32_t plane = planes.of_triangle(edge.triangles[face]);
             // Rays count the reflections of facets.
@@ -69,7 +68,8 @@ std::map<std::uint32_t, ReflectionGroups::Group> ReflectionGroups::groups_of(
             group.paths.push_back(path);
             group.paths.back().field = path.reflected[face];
             if (apex_m > 0 && apex_m < edge.length_m &&
-                std::abs(within_rad[face]) * s.radius_m * l.radius_m < kBesideEdge_m * across_m) {
+                std::abs(within_rad[face]) * s.radius_m * l.radius_m <
+                    kBesideReflectingEdge_m * across_m) {
                 group.decide(within_rad[face] > 0, edge.triangles[face]);
             }
         }
@@ -131,7 +131,7 @@ void ReflectionGroups::complete(std::vector<SpecularPath>& paths, const Vec3& so
                 // With the directivity, the losses of the air and of the surface.
                 straight.field[b] *=
                     is_found
-                        ? std::sqrt(4 * kPi * double{image->energy[b]}) /
+                        ? std::sqrt(4 * std::numbers::pi * double{image->energy[b]}) /
                               std::abs(straight.field[b])
                         : mirrored_pressure(scene_.material(scene_.triangle(group.triangle)), b) *
                               std::sqrt(double{factor[b]}) *

@@ -8,11 +8,7 @@
 
 namespace aula {
 
-namespace {
-
-constexpr double kPi = std::numbers::pi;
-
-}  // namespace
+namespace {}  // namespace
 
 double mirrored_pressure(const Material& material, std::size_t band) {
     return std::sqrt(double{1 - material.absorption[band]} * double{1 - material.scattering[band]});
@@ -56,7 +52,7 @@ EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scen
     }
     EdgeField field;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-        const double per_m = 8 * integral.wave_number_per_m(b) / kPi;  // 16 / lambda
+        const double per_m = 8 * integral.wave_number_per_m(b) / std::numbers::pi;  // 16 / lambda
         field.direct[b] = terms.incident[b];
         for (std::size_t face = 0; face < 2; ++face) {
             const double weight =
@@ -85,9 +81,9 @@ ComplexBands curved_field(const WedgeIntegral& integral, const RayScene& scene,
                           const DiffractionEdge& edge, double turn_rad, WedgePoint source,
                           WedgePoint listener) {
     DiffractionEdge screen = edge;
-    screen.open_angle_rad = 2 * kPi;
-    source.angle_rad = (kPi - turn_rad) / 2;
-    listener.angle_rad = source.angle_rad + kPi + turn_rad;
+    screen.open_angle_rad = 2 * std::numbers::pi;
+    source.angle_rad = (std::numbers::pi - turn_rad) / 2;
+    listener.angle_rad = source.angle_rad + std::numbers::pi + turn_rad;
     return edge_field(integral, scene, screen, source, listener, {.fade_lit = false});
 }
 

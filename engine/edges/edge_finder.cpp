@@ -22,15 +22,14 @@ namespace {
 using Point = glm::dvec3;
 using Cell = glm::ivec3;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kTolerance_m = WeldedPoints::kTolerance_m;
-constexpr double kTolerance_rad = kPi / 180;
+constexpr double kTolerance_rad = std::numbers::pi / 180;
 constexpr double kLeastSide_m = 5e-3;
 constexpr double kShort_m = 0.1;
 constexpr double kLong_m = 0.25;
 constexpr std::size_t kFew = 2000;
 constexpr double kSmallObject_m = 0.3;
-constexpr double kCurvedBend_rad = 46 * kPi / 180;
+constexpr double kCurvedBend_rad = 46 * std::numbers::pi / 180;
 constexpr double kCurvedFace_m = 1;
 constexpr double kNearlyParallel = 0.9;
 
@@ -304,7 +303,7 @@ class Soup {
             return std::tie(a.angle_rad, a.triangle) < std::tie(b.angle_rad, b.triangle);
         });
         Sector open{faces.back().angle_rad,
-                    faces.front().angle_rad + 2 * kPi,
+                    faces.front().angle_rad + 2 * std::numbers::pi,
                     {faces.back().triangle, faces.front().triangle}};
         for (std::size_t i = 1; i < faces.size(); ++i) {
             const Sector between{faces[i - 1].angle_rad,
@@ -312,9 +311,10 @@ class Soup {
                                  {faces[i - 1].triangle, faces[i].triangle}};
             if (between.open_rad() > open.open_rad()) open = between;
         }
-        if (open.open_rad() < kPi + kTolerance_rad) return {};
+        if (open.open_rad() < std::numbers::pi + kTolerance_rad) return {};
         // Faces within the tolerance belong to one wall.
-        if (open.open_rad() > 2 * kPi - kTolerance_rad) open.second_rad = open.first_rad + 2 * kPi;
+        if (open.open_rad() > 2 * std::numbers::pi - kTolerance_rad)
+            open.second_rad = open.first_rad + 2 * std::numbers::pi;
         return open;
     }
 
@@ -366,7 +366,8 @@ class Soup {
             }
             const Sector open = widest(faces);
             const auto same = [](double a_rad, double b_rad) {
-                return std::abs(std::remainder(a_rad - b_rad, 2 * kPi)) < kTolerance_rad;
+                return std::abs(std::remainder(a_rad - b_rad, 2 * std::numbers::pi)) <
+                       kTolerance_rad;
             };
             if (open.open_rad() > 0) {
                 const bool continues =
@@ -416,7 +417,7 @@ void mark_curved(const RayScene& scene, std::vector<DiffractionEdge>& edges) {
     };
     std::vector<EdgeCorner> corners;
     for (std::uint32_t e = 0; e < edges.size(); ++e) {
-        if (edges[e].open_angle_rad > kPi + kCurvedBend_rad) continue;
+        if (edges[e].open_angle_rad > std::numbers::pi + kCurvedBend_rad) continue;
         for (const std::uint32_t t : edges[e].triangles) {
             for (const Vec3& v : scene.triangle(t).vertices)
                 corners.push_back({position_of(v), t, e});

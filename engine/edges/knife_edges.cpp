@@ -12,7 +12,6 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kNodes = 20;
 using Values = std::array<double, kNodes>;
 using ComplexValues = std::array<std::complex<double>, kNodes>;
@@ -26,7 +25,7 @@ struct Nodes {
 Nodes gauss_legendre() {
     Nodes nodes;
     for (std::size_t i = 0; i < kNodes; ++i) {
-        double x = -std::cos(kPi * (static_cast<double>(i) + 0.75) / (kNodes + 0.5));
+        double x = -std::cos(std::numbers::pi * (static_cast<double>(i) + 0.75) / (kNodes + 0.5));
         double slope = 1;
         for (int step = 0; step < 8; ++step) {
             double last = 1;
@@ -94,9 +93,9 @@ std::vector<Placed> place(std::span<const KnifeEdge> edges, double length_m) {
 /// The pressure over one edge far below a path, relative to free field, by the asymptotic series of
 /// the Fresnel integral.
 std::complex<double> far_above(double detour_rad) {
-    const std::complex<double> z = std::polar(std::sqrt(detour_rad), kPi / 4);
+    const std::complex<double> z = std::polar(std::sqrt(detour_rad), std::numbers::pi / 4);
     const std::complex<double> square(0, detour_rad);
-    return 1.0 - 0.5 * std::exp(-square) / (z * std::sqrt(kPi)) * (1.0 - 0.5 / square);
+    return 1.0 - 0.5 * std::exp(-square) / (z * std::sqrt(std::numbers::pi)) * (1.0 - 0.5 / square);
 }
 
 /// The integrand above the lower of two edges grows by the exponential of this.
@@ -234,7 +233,7 @@ class Heights {
 
     /// The field at the end relative to free field.
     std::complex<double> at_end() const {
-        return arrive(length_m_, 0, {})[0] / std::sqrt(k_ / (2 * kPi * length_m_));
+        return arrive(length_m_, 0, {})[0] / std::sqrt(k_ / (2 * std::numbers::pi * length_m_));
     }
 
  private:
@@ -260,8 +259,8 @@ class Heights {
         const double step_m = clearance_m - from.clearance_m;
         const double gauss_per_m2 = k_ / (2 * segment_m);
         const std::complex<double> tilt = 2 * gauss_per_m2 * step_m * kI * kTurned;
-        const std::complex<double> whole =
-            std::sqrt(gauss_per_m2 / kPi) * std::exp(-kI * gauss_per_m2 * step_m * step_m);
+        const std::complex<double> whole = std::sqrt(gauss_per_m2 / std::numbers::pi) *
+                                           std::exp(-kI * gauss_per_m2 * step_m * step_m);
         ComplexValues before;
         for (std::size_t m = 0; m < from.count; ++m) {
             before[m] = from.values[m] * std::exp(-tilt * from.s_m[m]);

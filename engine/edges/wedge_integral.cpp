@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "process/multiversion.h"
 
@@ -11,7 +12,6 @@ namespace aula {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kLeastRadius_m = 0.05;
 constexpr double kLeastDetour_m = 1e-8;
 constexpr int kFirstNodeExponent = -38;  // q_0 = 2^-38 m = 3.6e-12 m
@@ -226,7 +226,7 @@ ComplexBands WedgeField::total() const {
 }
 
 WedgeIntegral::WedgeIntegral(double speed_of_sound_m_s)
-    : lowest_wave_number_per_m_(2 * kPi * 62.5 / speed_of_sound_m_s) {
+    : lowest_wave_number_per_m_(2 * std::numbers::pi * 62.5 / speed_of_sound_m_s) {
     static_assert(kNodes == kNodeCount);
     // The bands are octaves, as the nodes are: exp(-k_b q_j) depends on j + b only.
     for (std::size_t n = 0; n < decay_.size(); ++n) {
@@ -236,7 +236,7 @@ WedgeIntegral::WedgeIntegral(double speed_of_sound_m_s)
 }
 
 bool WedgeIntegral::is_lit(const WedgePoint& source, const WedgePoint& receiver) {
-    return std::abs(receiver.angle_rad - source.angle_rad) < kPi;
+    return std::abs(receiver.angle_rad - source.angle_rad) < std::numbers::pi;
 }
 
 /// The field of the edge (Svensson, Fred, Vanderkooy 1999), with nu = pi / open angle:
@@ -255,7 +255,7 @@ WedgeField WedgeIntegral::field(const Wedge& wedge, WedgePoint source, WedgePoin
     const double across_m = source.radius_m + receiver.radius_m;
     const double dz_m = source.along_m - receiver.along_m;
     Terms terms{};
-    terms.index = kPi / wedge.open_angle_rad;
+    terms.index = std::numbers::pi / wedge.open_angle_rad;
     for (const double index : {0.5, 2.0 / 3}) {
         if (std::abs(terms.index - index) < kSameIndex) terms.index = index;
     }
@@ -268,8 +268,9 @@ WedgeField WedgeIntegral::field(const Wedge& wedge, WedgePoint source, WedgePoin
     // the edge on either side; the faces mirror the source.
     const double s = source.angle_rad;
     const double r = receiver.angle_rad;
-    const std::array<double, kTerms> beyond{kPi - (r - s), kPi - (s - r), kPi - (s + r),
-                                            kPi - (2 * wedge.open_angle_rad - (s + r))};
+    const std::array<double, kTerms> beyond{
+        std::numbers::pi - (r - s), std::numbers::pi - (s - r), std::numbers::pi - (s + r),
+        std::numbers::pi - (2 * wedge.open_angle_rad - (s + r))};
     const double least_rad = std::sqrt(2 * kLeastDetour_m / per_square_m);
     for (std::size_t i = 0; i < kTerms; ++i) {
         // On a boundary the pole meets the path of integration. Its side agrees with is_lit().
@@ -341,11 +342,12 @@ void WedgeIntegral::add_end(const Terms& terms, double beyond_apex_m, double fac
         sum_bands(first, part_values[part], decay_.data(), re[part].data(), im[part].data());
 
     // The step ln 2 of the trapezoid rule completes the factor i nu / (4 pi rS rR).
-    const double scale = factor * nu * std::numbers::ln2 / (4 * kPi * terms.product_m2);
+    const double scale =
+        factor * nu * std::numbers::ln2 / (4 * std::numbers::pi * terms.product_m2);
     const std::array<ComplexBands*, 3> parts{&sum.incident, &sum.first_face, &sum.second_face};
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double phase = wave_number_per_m(b) * (terms.apex_m + beyond_apex_m);
-        const std::complex<double> turned = scale * std::polar(1.0, kPi / 2 - phase);
+        const std::complex<double> turned = scale * std::polar(1.0, std::numbers::pi / 2 - phase);
         for (std::size_t part = 0; part < kParts; ++part) {
             (*parts[part])[b] += turned * std::complex<double>(re[part][b], im[part][b]);
         }

@@ -18,8 +18,8 @@ namespace aula {
 
 namespace {
 
-using Point = glm::dvec2;
-using Polygon = std::vector<Point>;  // convex, counter-clockwise
+using PlanePoint = glm::dvec2;
+using Polygon = std::vector<PlanePoint>;  // convex, counter-clockwise
 using Overlap = CoplanarFaces::Overlap;
 
 /// Corners that are rounded to millimetres make faces that share an edge overlap by this width.
@@ -47,23 +47,23 @@ class Budget {
 double area_m2(const Polygon& polygon) {
     double twice = 0;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Point a = polygon[i] - polygon[0];
-        const Point b = polygon[(i + 1) % polygon.size()] - polygon[0];
+        const PlanePoint a = polygon[i] - polygon[0];
+        const PlanePoint b = polygon[(i + 1) % polygon.size()] - polygon[0];
         twice += a.x * b.y - a.y * b.x;
     }
     return twice / 2;
 }
 
 /// The part of a polygon to the left of the line from a to b, or to the right of it.
-Polygon cut(const Polygon& polygon, const Point& a, const Point& b, bool left) {
-    const auto side = [&](const Point& p) {
+Polygon cut(const Polygon& polygon, const PlanePoint& a, const PlanePoint& b, bool left) {
+    const auto side = [&](const PlanePoint& p) {
         const double turn = (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
         return left ? turn : -turn;
     };
     Polygon part;
     for (std::size_t i = 0; i < polygon.size(); ++i) {
-        const Point& p = polygon[i];
-        const Point& q = polygon[(i + 1) % polygon.size()];
+        const PlanePoint& p = polygon[i];
+        const PlanePoint& q = polygon[(i + 1) % polygon.size()];
         const double at_p = side(p);
         const double at_q = side(q);
         if (at_p >= 0) part.push_back(p);
@@ -84,8 +84,8 @@ void subtract(std::vector<Polygon>& polygons, const Polygon& other) {
     std::vector<Polygon> outside;
     for (Polygon& rest : polygons) {
         for (std::size_t i = 0; i < other.size() && rest.size() > 2; ++i) {
-            const Point& a = other[i];
-            const Point& b = other[(i + 1) % other.size()];
+            const PlanePoint& a = other[i];
+            const PlanePoint& b = other[(i + 1) % other.size()];
             Polygon part = cut(rest, a, b, false);
             if (part.size() > 2 && area_m2(part) > 0) outside.push_back(std::move(part));
             rest = cut(rest, a, b, true);
@@ -99,12 +99,12 @@ struct Face {
     std::uint32_t triangle = 0;
     Polygon corners;
     std::array<double, 3> heights_m{};  ///< of the corners above the plane
-    Point low{0};
-    Point high{0};
+    PlanePoint low{0};
+    PlanePoint high{0};
     std::size_t region = 0;
 };
 
-bool is_wider_than_sliver(const Point& low, const Point& high) {
+bool is_wider_than_sliver(const PlanePoint& low, const PlanePoint& high) {
     return high.x - low.x > kSliver_m && high.y - low.y > kSliver_m;
 }
 
@@ -112,10 +112,10 @@ bool overlap(const Face& a, const Face& b) {
     return is_wider_than_sliver(glm::max(a.low, b.low), glm::min(a.high, b.high));
 }
 
-double height_m(const Face& face, const Point& at) {
-    const Point a = face.corners[1] - face.corners[0];
-    const Point b = face.corners[2] - face.corners[0];
-    const Point d = at - face.corners[0];
+double height_m(const Face& face, const PlanePoint& at) {
+    const PlanePoint a = face.corners[1] - face.corners[0];
+    const PlanePoint b = face.corners[2] - face.corners[0];
+    const PlanePoint d = at - face.corners[0];
     const double twice = a.x * b.y - a.y * b.x;
     const double u = (d.x * b.y - d.y * b.x) / twice;
     const double v = (a.x * d.y - a.y * d.x) / twice;
@@ -228,7 +228,7 @@ class Plane {
                 const Polygon common = intersection(faces_[a].corners, faces_[b].corners);
                 if (common.empty()) continue;
                 double longest_m = 0;
-                for (const Point& p : common)
+                for (const PlanePoint& p : common)
                     longest_m = std::max(longest_m, glm::distance(p, common[0]));
                 if (area_m2(common) > kSliver_m * longest_m)
                     pairs.push_back({a, b, are_apart(faces_[a], faces_[b], common)});
@@ -239,7 +239,7 @@ class Plane {
     }
 
     static bool are_apart(const Face& a, const Face& b, const Polygon& common) {
-        return std::any_of(common.begin(), common.end(), [&](const Point& p) {
+        return std::any_of(common.begin(), common.end(), [&](const PlanePoint& p) {
             return std::abs(height_m(a, p) - height_m(b, p)) > 2 * double{RayScene::kFlat_m};
         });
     }
@@ -338,8 +338,8 @@ class Plane {
         Overlap result{.covered = covered.triangle, .heard = face.triangle};
         for (const Polygon& polygon : rest) result.area_m2 += area_m2(polygon);
         const Polygon& shown = rest.empty() ? whole : rest[0];
-        const Point middle = std::accumulate(shown.begin(), shown.end(), Point(0)) /
-                             static_cast<double>(shown.size());
+        const PlanePoint middle = std::accumulate(shown.begin(), shown.end(), PlanePoint(0)) /
+                                  static_cast<double>(shown.size());
         result.middle = Vec3(origin_ + middle.x * axes_[0] + middle.y * axes_[1]);
         return result;
     }

@@ -36,7 +36,7 @@ std::vector<std::size_t> longest_line(std::span<const SpeechAtReceiver> receiver
     return longest;
 }
 
-struct Line {
+struct RegressionLine {
     double offset = 0, slope = 0;
 
     /// Where the line falls to a value; empty if it does not, or does so before the talker.
@@ -48,7 +48,7 @@ struct Line {
 };
 
 /// The least-squares line through points (x, y) that differ in x.
-Line line_through(const std::vector<std::array<double, 2>>& points) {
+RegressionLine line_through(const std::vector<std::array<double, 2>>& points) {
     const auto count = static_cast<double>(points.size());
     double mean_x = 0;
     double mean_y = 0;
@@ -63,7 +63,7 @@ Line line_through(const std::vector<std::array<double, 2>>& points) {
         variance += (x - mean_x) * (x - mean_x);
     }
     const double slope = covariance / variance;
-    return Line{mean_y - slope * mean_x, slope};
+    return RegressionLine{mean_y - slope * mean_x, slope};
 }
 
 }  // namespace
@@ -92,14 +92,14 @@ std::optional<OpenPlanParameters> open_plan_parameters(
         if (receiver.sti) indices.push_back({distance_m, *receiver.sti});
     }
     if (farthest_m < kOpenPlanRatio * nearest_m) return std::nullopt;
-    const Line level = line_through(levels);
+    const RegressionLine level = line_through(levels);
     OpenPlanParameters parameters{.d2s_db = -level.slope,
                                   .lp_as_4m_dba = level.offset + level.slope * std::log2(4.0),
                                   .rd_m = {},
                                   .rp_m = {},
                                   .line = std::move(on_line)};
     if (indices.size() < levels.size()) return parameters;
-    const Line index = line_through(indices);
+    const RegressionLine index = line_through(indices);
     constexpr double kDistraction = 0.5;
     constexpr double kPrivacy = 0.2;
     parameters.rd_m = index.falls_to(kDistraction);

@@ -10,7 +10,7 @@ namespace aula {
 
 namespace {
 
-enum class SeedPurpose : std::uint64_t { mirrored = 1 };
+enum class ReflectionSeed : std::uint64_t { mirrored = 1 };
 
 /// Moves to the hits. `normal` holds the triangles' normals on entry and the facing normals on
 /// exit.
@@ -162,7 +162,7 @@ void PathBatch::take_mirrored(const PathBatch& from, float max_length_m) {
         rays.max_m[lane] = max_length_m - from.length_m[i];
         energy[lane] = from.specular[i];
         to_diffuse[lane] = 0;
-        random[lane] = derive_seed(from.random[i], SeedPurpose::mirrored);
+        random[lane] = derive_seed(from.random[i], ReflectionSeed::mirrored);
     }
 }
 

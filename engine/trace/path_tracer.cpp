@@ -13,7 +13,7 @@ namespace {
 constexpr int kFewestBatches = 8;
 constexpr int kFewestRays = 64;
 
-enum class SeedPurpose : std::uint64_t { directions = 1, rays = 2, walls = 3 };
+enum class PathSeed : std::uint64_t { directions = 1, rays = 2, walls = 3 };
 
 }  // namespace
 
@@ -78,7 +78,7 @@ std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t fr
 
 void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int batch,
                        PathBatch& paths) const {
-    const std::uint64_t seed = derive_seed(frame_seed, SeedPurpose::directions, emitter.id);
+    const std::uint64_t seed = derive_seed(frame_seed, PathSeed::directions, emitter.id);
     const ScrambledSobol sobol(seed);
     const int first = rays_of(batch);
     const int end = rays_of(batch + 1);
@@ -95,7 +95,7 @@ void PathTracer::start(const Emitter& emitter, std::uint64_t frame_seed, int bat
         paths.length_m[lane] = 0;
         paths.diffuse[lane] = 0;
         paths.undivided[lane] = 1;
-        paths.random[lane] = derive_seed(frame_seed, SeedPurpose::rays, emitter.id, i);
+        paths.random[lane] = derive_seed(frame_seed, PathSeed::rays, emitter.id, i);
         paths.identifier[lane] = PathIdentifier::start(emitter.id);
         paths.image[lane] = {};
         paths.roulette_energy[lane] = PathBatch::kRouletteEnergy;
@@ -109,7 +109,7 @@ std::unique_ptr<TransmittedPaths> PathTracer::transmitted(const Emitter& emitter
     if (!scene_.transmits()) return nullptr;
     return std::make_unique<TransmittedPaths>(
         scene_, settings_.attenuation_per_m, settings_.max_length_m,
-        derive_seed(frame_seed, SeedPurpose::walls, emitter.id, batch));
+        derive_seed(frame_seed, PathSeed::walls, emitter.id, batch));
 }
 
 /// Composes the reflections of paths that image sources may count.

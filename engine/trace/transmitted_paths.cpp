@@ -11,7 +11,7 @@ namespace aula {
 
 namespace {
 
-enum class SeedPurpose : std::uint64_t { crossing = 1, copy = 2, roulette = 3 };
+enum class TransmissionSeed : std::uint64_t { crossing = 1, copy = 2, roulette = 3 };
 
 /// Below this energy single precision loses digits.
 constexpr float kLeastRouletteEnergy = 1e-30F;
@@ -60,7 +60,7 @@ void TransmittedPaths::transmit(const PathBatch& from, int reflections) {
         if (!(total > 0) || length_m >= max_length_m_) continue;
 
         // The lobe for all bands, as in PathBatch::scatter.
-        RandomStream random(derive_seed(from.random[i], SeedPurpose::crossing));
+        RandomStream random(derive_seed(from.random[i], TransmissionSeed::crossing));
         const auto u = random.uniform_2d();
         const Vec3 lambert = lambert_direction(exit.normal, random.uniform_2d());
         const bool diffuse = std::max(u[0], 0x1p-25F) * total < to_diffuse;
@@ -126,7 +126,7 @@ void TransmittedPaths::admit() {
         }
         next_->energy[lane] *= factor * survivor.factor;
         if (survivor.index == last) {
-            next_->random[lane] = derive_seed(next_->random[lane], SeedPurpose::copy, lane);
+            next_->random[lane] = derive_seed(next_->random[lane], TransmissionSeed::copy, lane);
         }
         last = survivor.index;
     }

@@ -28,8 +28,8 @@ BinRange late_bins(std::size_t bin_count);
 BinRange audible_bins(std::span<const double> reference);
 
 /// Reflected sound: bins and image sources, without the direct sound. A specular path is in either,
-/// depending on whether its image source has been discovered. Energy per whole bin of kBin_s, summed
-/// over the octave bands, up to 500 ms, in 1/m2.
+/// depending on whether its image source has been discovered. Energy per whole bin of kBin_s,
+/// summed over the octave bands, up to 500 ms, in 1/m2.
 std::vector<double> estimated_energy(const EnergyResponse& response);
 
 /// The same for the direction sums, per group of bins.
@@ -56,6 +56,9 @@ double squared_relative_error(std::span<const double> energy, std::span<const do
 
 /// The mean of independent values.
 double mean(std::span<const double> values);
+
+/// The upper median of values, at least one.
+double median(std::vector<double> values);
 
 /// Standard error of their mean; 0 for one value.
 double standard_error(std::span<const double> values);

@@ -15,12 +15,12 @@ namespace aula::bench {
 
 namespace {
 
-constexpr double kRest_s = 2;    // before the change
-constexpr double kMoving_s = 1;  // duration of a walk
-constexpr double kAfter_s = 1;   // rest after it
+constexpr double kBeforeChange_s = 2;  // before the change
+constexpr double kMoving_s = 1;        // duration of a walk
+constexpr double kAfter_s = 1;         // rest after it
 constexpr double kWalk_m_s = 1.5;
 constexpr double kLongestPath_s = 10;  // of the objects
-constexpr int kRepetitions = 3;
+constexpr int kChangeRepetitions = 3;
 
 enum class Change { none, walk, jump };
 
@@ -70,8 +70,8 @@ double end_of_paths_s(const Scene& scene) {
 /// The frames of a script. Objects move from time 0 on, or not at all.
 std::vector<FrameInput> frames_of(const Subject& subject, const Script& script) {
     const double rate_hz = double{subject.scene.simulation.frame_rate_hz};
-    const double duration_s =
-        script.objects ? end_of_paths_s(subject.scene) + kAfter_s : kRest_s + kMoving_s + kAfter_s;
+    const double duration_s = script.objects ? end_of_paths_s(subject.scene) + kAfter_s
+                                             : kBeforeChange_s + kMoving_s + kAfter_s;
     const std::vector<Vec3> targets = source_positions(subject.scene, 3);
     const Vec3 source_m = subject.scene.sources[0].position_at(0);
     const Vec3 listener_m = subject.scene.listener.pose_at(0).position;
@@ -81,14 +81,14 @@ std::vector<FrameInput> frames_of(const Subject& subject, const Script& script) 
     for (int f = 0; f < std::lround(duration_s * rate_hz); ++f) {
         const double time_s = f / rate_hz;
         frames.push_back({script.objects ? time_s : 0,
-                          {source.at(script.source, time_s - kRest_s)},
-                          {listener.at(script.listener, time_s - kRest_s)}});
+                          {source.at(script.source, time_s - kBeforeChange_s)},
+                          {listener.at(script.listener, time_s - kBeforeChange_s)}});
     }
     return frames;
 }
 
 /// CPU time of each frame.
-std::vector<double> measure(const Subject& subject, const std::vector<FrameInput>& frames) {
+std::vector<double> measure_frames(const Subject& subject, const std::vector<FrameInput>& frames) {
     Propagation propagation(
         subject.scene, subject.simulation(Estimator::patch, subject.scene.simulation.ray_count()));
     propagation.reserve_memory();  // as live playback does
@@ -109,10 +109,10 @@ std::vector<Row> measure_changes(const Subject& subject, const Settings& setting
         if (script.objects && end_of_paths_s(subject.scene) == 0) continue;
         const std::vector<FrameInput> frames = frames_of(subject, script);
         std::vector<double> least_s(frames.size(), std::numeric_limits<double>::infinity());
-        for (int k = 0; k < kRepetitions; ++k) {
+        for (int k = 0; k < kChangeRepetitions; ++k) {
             settings.progress(std::string("changes: ") + script.name + ", " +
                               std::to_string(k + 1));
-            const std::vector<double> frame_s = measure(subject, frames);
+            const std::vector<double> frame_s = measure_frames(subject, frames);
             std::transform(frame_s.begin(), frame_s.end(), least_s.begin(), least_s.begin(),
                            [](double a, double b) { return std::min(a, b); });
         }

@@ -21,8 +21,8 @@ namespace aula::bench {
 
 namespace {
 
-constexpr int kFrames = 60;
-constexpr double kWalk_m_s = 1.4;
+constexpr int kDiffractionFrames = 60;
+constexpr double kPace_m_s = 1.4;
 constexpr float kEar_m = 1.6F;
 constexpr double kBeforeMovement_s = 0.25;
 constexpr std::size_t kLoadedTriangles = 100'000;
@@ -35,7 +35,7 @@ Vec3 listener_at(const Scene& scene, double time_s) {
     const Vec3 offset = scene.sources[0].position_at(0) - from;
     const float distance_m = glm::length(offset);
     const float longest_m = std::min(1.0F, distance_m / 2);
-    const auto walked_m = static_cast<float>(std::fmod(kWalk_m_s * time_s, double{2 * longest_m}));
+    const auto walked_m = static_cast<float>(std::fmod(kPace_m_s * time_s, double{2 * longest_m}));
     return from + offset / distance_m * std::min(walked_m, 2 * longest_m - walked_m);
 }
 
@@ -84,7 +84,7 @@ Object copies_of(const Scene& scene, std::size_t triangles) {
     return all;
 }
 
-Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
+Row measure_row(const Subject& subject, const std::vector<Vec3>& sources) {
     Scene scene = subject.scene;
     scene.sources.assign(sources.size(), scene.sources[0]);
     for (std::size_t s = 0; s < sources.size(); ++s) {
@@ -104,7 +104,7 @@ Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
     double diffraction_s = 0;
     double longest_s = 0;
     double paths = 0;
-    for (int f = 0; f < kFrames; ++f) {
+    for (int f = 0; f < kDiffractionFrames; ++f) {
         const double time_s = first_s + f / double{simulation.frame_rate_hz};
         const FrameInput input{time_s, sources, {listener_at(subject.scene, time_s)}};
         watch.lap_s();
@@ -123,10 +123,10 @@ Row measure(const Subject& subject, const std::vector<Vec3>& sources) {
                    {"rays", std::int64_t{scene.simulation.ray_count()}},
                    {"triangles", static_cast<std::int64_t>(rays.triangle_count())},
                    {"edges", static_cast<std::int64_t>(edges.count())},
-                   {"bent_paths", paths / kFrames},
+                   {"bent_paths", paths / kDiffractionFrames},
                    {"edges_s", edges_s},
-                   {"frame_ms", frames_s / kFrames * 1e3},
-                   {"diffraction_ms", diffraction_s / kFrames * 1e3},
+                   {"frame_ms", frames_s / kDiffractionFrames * 1e3},
+                   {"diffraction_ms", diffraction_s / kDiffractionFrames * 1e3},
                    {"longest_ms", longest_s * 1e3},
                    {"diffraction_share", diffraction_s / frames_s}};
     return row;
@@ -138,7 +138,7 @@ std::vector<Row> measure_diffraction(const Subject& subject, const Settings& set
     std::vector<Row> rows;
     for (const int count : {1, 8}) {
         settings.progress("diffraction: " + std::to_string(count) + " sources");
-        rows.push_back(measure(subject, source_positions(subject.scene, count)));
+        rows.push_back(measure_row(subject, source_positions(subject.scene, count)));
     }
     return rows;
 }

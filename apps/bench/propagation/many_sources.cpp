@@ -17,7 +17,7 @@ namespace aula::bench {
 namespace {
 
 constexpr int kFrames = 120;
-constexpr std::uint64_t kReferenceRound = 1 << 16;
+constexpr std::uint64_t kManyReferenceRound = 1 << 16;
 
 /// Cost of the frames of a number of sources, and their last responses.
 struct Outcome {
@@ -26,7 +26,7 @@ struct Outcome {
     Vec3 listener{0};                         // position in that frame
 };
 
-Outcome follow(const Subject& subject, const std::vector<Vec3>& sources, bool moving) {
+Outcome follow_sources(const Subject& subject, const std::vector<Vec3>& sources, bool moving) {
     Scene scene = subject.scene;
     scene.sources.assign(sources.size(), scene.sources[0]);
     for (std::size_t s = 0; s < sources.size(); ++s) {
@@ -59,7 +59,7 @@ double error_of(const Subject& subject, const std::vector<Vec3>& sources, const 
     const ReferenceLimit limit(settings);
     do {
         settings.progress("sources: reference, " + std::to_string(reference.rays()) + " rays");
-        reference.trace(kReferenceRound, workers);
+        reference.trace(kManyReferenceRound, workers);
     } while (!limit.reached(static_cast<double>(reference.rays())));
     double squares = 0;
     double own_squares = 0;
@@ -88,7 +88,7 @@ std::vector<Row> measure_many_sources(const Subject& subject, const Settings& se
         for (const int count : {1, settings.sources}) {
             const std::vector<Vec3> sources = source_positions(subject.scene, count);
             settings.progress("sources: " + std::to_string(count));
-            const Outcome outcome = follow(subject, sources, moving);
+            const Outcome outcome = follow_sources(subject, sources, moving);
             if (count == 1) one_s = outcome.frame_cpu_s;
             Row row;
             row.figures = {

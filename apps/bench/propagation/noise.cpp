@@ -18,7 +18,7 @@ namespace {
 
 /// The reference traces until its share of the mean ratio's standard error is below this.
 constexpr double kReferenceError = 0.002;
-constexpr std::uint64_t kReferenceRound = 1 << 17;
+constexpr std::uint64_t kNoiseReferenceRound = 1 << 17;
 
 /// Restarts that measure the cost of a frame when rays are matched to CPU time.
 constexpr int kCostRestarts = 4;
@@ -97,7 +97,7 @@ void converge(Reference& reference, const Settings& settings) {
     const ReferenceLimit limit(settings);
     do {
         settings.progress("noise: reference, " + std::to_string(reference.rays()) + " rays");
-        reference.trace(kReferenceRound, workers);
+        reference.trace(kNoiseReferenceRound, workers);
     } while (ratio_error(reference, audible_bins(reference.response(0))) > kReferenceError &&
              !limit.reached(static_cast<double>(reference.rays())));
 }

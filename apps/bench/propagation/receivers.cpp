@@ -1,9 +1,9 @@
 #include "apps/bench/propagation/receivers.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <string>
 
+#include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/source_positions.h"
 #include "apps/session/offline/static_propagation.h"
 #include "aula/engine/propagation.h"
@@ -16,12 +16,6 @@ namespace {
 
 constexpr int kReceivers = 32;
 constexpr int kWindows = 11;
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 }  // namespace
 

@@ -25,8 +25,8 @@ constexpr int kTrialFrames = 2 * kFirstFrames;
 constexpr int kTrials = 3;
 
 /// The reference traces until its standard error is this share of the error measured.
-constexpr double kReferenceShare = 0.3;
-constexpr std::uint64_t kReferenceRound = 1 << 17;
+constexpr double kRestReferenceShare = 0.3;
+constexpr std::uint64_t kRestReferenceRound = 1 << 17;
 
 struct AtRest {
     std::vector<double> energy;  ///< [bin] after the last frame
@@ -77,12 +77,12 @@ std::vector<Row> measure_rest(const Subject& subject, const Settings& settings) 
     double reference_error = 0;
     do {
         settings.progress("rest: reference, " + std::to_string(reference.rays()) + " rays");
-        reference.trace(kReferenceRound, workers);
+        reference.trace(kRestReferenceRound, workers);
         wanted = reference.response(0);
         bins = audible_bins(wanted);
         error = rms_error(at_rest, wanted, bins);
         reference_error = reference.relative_error(0, bins);
-    } while (!has_converged(reference_error, kReferenceShare, error) &&
+    } while (!has_converged(reference_error, kRestReferenceShare, error) &&
              !limit.reached(static_cast<double>(reference.rays())));
 
     Row row;

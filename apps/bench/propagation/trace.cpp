@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "apps/bench/base/statistics.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
 #include "engine/base/worker_pool.h"
@@ -25,11 +26,6 @@ double wall_time_s() {
         .count();
 }
 
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-    return values[values.size() / 2];
-}
-
 struct Speed {
     double segments = 0;  // per frame
     double prepare_s = 0;
@@ -41,8 +37,8 @@ struct Speed {
     FrameStatistics parts;          // sums over frames
 };
 
-Speed measure(const Subject& subject, Estimator estimator, const RayScene& scene,
-              const Settings& settings) {
+Speed measure_speed(const Subject& subject, Estimator estimator, const RayScene& scene,
+                    const Settings& settings) {
     const auto clock_s = subject.threads == 1 ? cpu_time_s : wall_time_s;
     const auto seconds_of = [&](const auto& work) {
         const double began_s = clock_s();
@@ -139,7 +135,7 @@ std::vector<Row> measure_tracing(const Subject& subject, const Settings& setting
     const RayScene scene(subject.scene);
     std::vector<Row> rows;
     for (const Estimator estimator : settings.estimators) {
-        const Speed speed = measure(subject, estimator, scene, settings);
+        const Speed speed = measure_speed(subject, estimator, scene, settings);
         const FrameStatistics& parts = speed.parts;
         const double parts_s =
             parts.trace_s + parts.cache_s + parts.gather_s + parts.specular_s + parts.diffraction_s;

@@ -22,7 +22,7 @@ std::size_t draw_index(std::size_t count, RandomStream& random) {
 }
 
 /// Numbers of a plan have at most 4 decimals: 0.1 mm, 0.0001 of an absorption coefficient.
-double rounded(double x) { return std::round(x * 1e4) / 1e4; }
+double rounded_value(double x) { return std::round(x * 1e4) / 1e4; }
 
 double read_number(const JsonReader& json, const NumberRange& range, bool whole) {
     const double number = json.number(range);
@@ -80,10 +80,10 @@ double NumberDistribution::draw(RandomStream& random) const {
     const double u = uniform(random);
     if (kind_ == Kind::log_uniform) {
         const double x = std::exp(std::lerp(std::log(low_), std::log(high_), u));
-        return std::clamp(whole_ ? std::round(x) : rounded(x), low_, high_);
+        return std::clamp(whole_ ? std::round(x) : rounded_value(x), low_, high_);
     }
     if (whole_) return std::min(low_ + std::floor(u * (high_ - low_ + 1)), high_);
-    return std::clamp(rounded(std::lerp(low_, high_, u)), low_, high_);
+    return std::clamp(rounded_value(std::lerp(low_, high_, u)), low_, high_);
 }
 
 double NumberDistribution::highest() const {

@@ -21,7 +21,7 @@ constexpr const char* kExpected = Plan::kExpected;
                      "is not what plan.json was made with; expected the scenes of that plan");
 }
 
-std::uint64_t read_number(const JsonReader& json, std::uint64_t min, std::uint64_t max) {
+std::uint64_t read_count(const JsonReader& json, std::uint64_t min, std::uint64_t max) {
     const std::uint64_t number = json.unsigned_integer();
     if (number < min || number > max)
         json.fail(std::to_string(number) + " is out of range; expected " + std::to_string(min) +
@@ -42,11 +42,11 @@ void read_shards(const JsonReader& json, Plan& plan) {
         const std::vector<JsonReader> numbers = row.items(kExpected);
         if (numbers.size() != 4)
             row.fail(std::to_string(numbers.size()) + " elements; expected " + kExpected);
-        plan.shards.push_back({.first_scene = read_number(numbers[0], 0, plan.scenes),
+        plan.shards.push_back({.first_scene = read_count(numbers[0], 0, plan.scenes),
                                .end_scene = plan.scenes,
-                               .first_item = read_number(numbers[1], 0, plan.items),
+                               .first_item = read_count(numbers[1], 0, plan.items),
                                .end_item = plan.items,
-                               .offset = read_number(numbers[2], 0, kLargestFile),
+                               .offset = read_count(numbers[2], 0, kLargestFile),
                                .sha256 = read_hash(numbers[3])});
         if (plan.shards.size() == 1) continue;
         ShardRange& previous = plan.shards.end()[-2];
@@ -81,10 +81,10 @@ Plan read_plan(const fs::path& folder) {
     plan.folder = folder;
     plan.sha256 = read_hash(json.require("plan_sha256", kExpected));
     plan.manifest_folder = json.require("manifest_folder", kExpected).string(kExpected);
-    plan.scenes = read_number(json.require("scenes", kExpected), 1, kMostScenes);
+    plan.scenes = read_count(json.require("scenes", kExpected), 1, kMostScenes);
     plan.items =
-        read_number(json.require("items", kExpected), plan.scenes, plan.scenes * kMostPairs);
-    plan.empty_scenes = read_number(json.require("empty_scenes", kExpected), 0, plan.scenes);
+        read_count(json.require("items", kExpected), plan.scenes, plan.scenes * kMostPairs);
+    plan.empty_scenes = read_count(json.require("empty_scenes", kExpected), 0, plan.scenes);
     read_shards(json.require("shards", kExpected), plan);
 
     PlanLines lines(plan);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDefaultDuration_s = 10;
 /// Additional length for the decay of HRTFs and octave-band filters after the last arrival.
-constexpr double kFilterTail_s = 0.05;
+constexpr double kLastFilterTail_s = 0.05;
 
 struct Lengths {
     double paths_s = 0;    ///< the longest unlooped path
@@ -52,7 +52,7 @@ Timeline with_tail(const TimelineInput& input, double input_end_s) {
     const float direct_s = farthest_m / input.scene.medium.speed_of_sound_m_s();
     const double tail_s =
         Timeline::kFade_s +
-        std::max(input.response_length_s, static_cast<double>(direct_s) + kFilterTail_s);
+        std::max(input.response_length_s, static_cast<double>(direct_s) + kLastFilterTail_s);
     return {.input_end_s = input_end_s, .end_s = input_end_s + tail_s};
 }
 

@@ -19,8 +19,6 @@ constexpr std::array<Member, kAnalysedParameterCount> kMembers{
     &BandParameters::c50_db, &BandParameters::c80_db, &BandParameters::d50,
     &BandParameters::ts_s};
 
-AcousticParameter parameter(std::size_t index) { return static_cast<AcousticParameter>(index); }
-
 std::string quoted_or_null(const std::optional<double>& sti,
                            std::string_view (*text)(double index)) {
     return sti ? json_string(std::string(text(*sti))) : "null";
@@ -29,13 +27,13 @@ std::string quoted_or_null(const std::optional<double>& sti,
 std::string third_octave_table(const ResponseAnalysis& analysis) {
     std::string table = table_cell("Hz");
     for (std::size_t p = 0; p < kAnalysedParameterCount; ++p)
-        table += table_cell(parameter_label(parameter(p)));
+        table += table_cell(parameter_label(acoustic_parameter(p)));
     table += table_cell("range dB") + '\n';
     for (std::size_t t = 0; t < analysis.third_octaves.size(); ++t) {
         const AnalysedBand& band = analysis.third_octaves[t];
         table += table_cell(third_octave_name(t));
         for (std::size_t p = 0; p < kAnalysedParameterCount; ++p)
-            table += table_cell(analysed_value(band, p), parameter_decimals(parameter(p)));
+            table += table_cell(analysed_value(band, p), parameter_decimals(acoustic_parameter(p)));
         table += table_cell(band.range_db, 0) + '\n';
     }
     return table;
@@ -48,7 +46,7 @@ std::string third_octaves_json(const ResponseAnalysis& analysis) {
         json += t ? ",\n  " : "\n  ";
         json += json_string(third_octave_name(t)) + ":{";
         for (std::size_t p = 0; p < kAnalysedParameterCount; ++p)
-            json += json_string(std::string(acoustic_parameter_name(parameter(p)))) + ':' +
+            json += json_string(std::string(acoustic_parameter_name(acoustic_parameter(p)))) + ':' +
                     json_value(analysed_value(band, p)) + ',';
         json += "\"range_db\":" + json_value(band.range_db) + '}';
     }

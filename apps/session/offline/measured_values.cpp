@@ -22,8 +22,6 @@ namespace aula {
 
 namespace {
 
-AcousticParameter parameter(std::size_t index) { return static_cast<AcousticParameter>(index); }
-
 constexpr const char* kOctave = "octave";
 constexpr const char* kThird = "third_octave";
 constexpr const char* kMean = "mean";
@@ -66,8 +64,9 @@ class ResponseRows {
     void add(const char* bands, std::size_t p,
              const std::map<std::string, std::optional<double>>& values,
              const std::optional<double>& mean) {
-        text_ += name_ + ',' + bands + ',' + std::string(acoustic_parameter_name(parameter(p))) +
-                 ',' + std::string(acoustic_parameter_unit(parameter(p)));
+        text_ += name_ + ',' + bands + ',' +
+                 std::string(acoustic_parameter_name(acoustic_parameter(p))) + ',' +
+                 std::string(acoustic_parameter_unit(acoustic_parameter(p)));
         for (const std::string& column : columns_) {
             const auto value = values.find(column);
             text_ += ',' + (value == values.end() ? "" : csv_value(value->second));
@@ -192,8 +191,8 @@ class MeasuredReader {
     std::size_t index_of(const std::string& symbol) const {
         std::string names;
         for (std::size_t p = 0; p < kWithStrength; ++p) {
-            if (symbol == acoustic_parameter_name(parameter(p))) return p;
-            names += std::string(acoustic_parameter_name(parameter(p))) + ", ";
+            if (symbol == acoustic_parameter_name(acoustic_parameter(p))) return p;
+            names += std::string(acoustic_parameter_name(acoustic_parameter(p))) + ", ";
         }
         fail("has the parameter \"" + symbol + "\"; expected one of " + names + "STI");
     }

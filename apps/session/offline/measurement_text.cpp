@@ -19,8 +19,6 @@ namespace {
 /// [parameter] Decimals in tables.
 constexpr std::array<int, kAcousticParameterCount> kDecimals{2, 2, 2, 1, 1, 2, 3, 1, 2, 2, 1, 2, 2};
 
-AcousticParameter parameter(std::size_t index) { return static_cast<AcousticParameter>(index); }
-
 /// A number for JSON and CSV, independent of the locale.
 std::string number(double value, std::chars_format format, int precision) {
     std::array<char, 64> text{};
@@ -42,8 +40,8 @@ std::string json_parameters(const Of& of) {
     std::string json = "{";
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
         if (p) json += ',';
-        json +=
-            '"' + std::string(acoustic_parameter_name(parameter(p))) + "\":" + json_value(of(p));
+        json += '"' + std::string(acoustic_parameter_name(acoustic_parameter(p))) +
+                "\":" + json_value(of(p));
     }
     return json + '}';
 }
@@ -146,7 +144,7 @@ std::string octave_table(const PairParameters& parameters, std::size_t count) {
     for (std::size_t band = 0; band < kBandCount; ++band) table += table_cell(band_name(band));
     table += table_cell("mean") + '\n';
     for (std::size_t p = 0; p < count; ++p) {
-        table += table_cell(parameter_label(parameter(p)));
+        table += table_cell(parameter_label(acoustic_parameter(p)));
         for (const MeasuredValue& value : parameters.octaves[p])
             table += table_cell(value.value, kDecimals[p]);
         table += table_cell(parameters.broadband[p].value, kDecimals[p]) + '\n';

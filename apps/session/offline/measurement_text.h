@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,11 @@ namespace aula {
 
 /// The nominal centre of an octave band in Hz: "63" to "8000".
 std::string band_name(std::size_t band);
+
+/// The parameter with an index in the order of AcousticParameter.
+inline AcousticParameter acoustic_parameter(std::size_t index) {
+    return static_cast<AcousticParameter>(index);
+}
 
 /// Decimals of a parameter in tables.
 int parameter_decimals(AcousticParameter parameter);

@@ -16,7 +16,7 @@ constexpr std::size_t kMeridian = 3;  ///< every third step around has a line
 constexpr std::size_t kCircle = 4;    ///< every fourth polar step has a line
 
 /// Front to back along x, as the axis of most lobes.
-Vec3 direction_of(std::size_t polar, std::size_t around) {
+Vec3 grid_direction(std::size_t polar, std::size_t around) {
     const float from_front_rad =
         std::numbers::pi_v<float> * static_cast<float>(polar) / static_cast<float>(kPolar);
     const float around_rad =
@@ -35,7 +35,7 @@ std::vector<std::array<Vec3, 2>> lobe_lines(const Directivity& directivity, std:
     float loudest = 1e-10F;
     for (std::size_t polar = 0; polar <= kPolar; ++polar) {
         for (std::size_t around = 0; around < kAround; ++around) {
-            const Bands energy = directivity.factor(direction_of(polar, around));
+            const Bands energy = directivity.factor(grid_direction(polar, around));
             pressures[polar][around] = static_cast<float>(std::sqrt(band_energy(energy, band)));
             loudest = std::max(loudest, pressures[polar][around]);
         }
@@ -43,7 +43,7 @@ std::vector<std::array<Vec3, 2>> lobe_lines(const Directivity& directivity, std:
     for (std::size_t polar = 0; polar <= kPolar; ++polar)
         for (std::size_t around = 0; around < kAround; ++around)
             points[polar][around] = source + radius_m * pressures[polar][around] / loudest *
-                                                 (rotation * direction_of(polar, around));
+                                                 (rotation * grid_direction(polar, around));
     std::vector<std::array<Vec3, 2>> lines;
     for (std::size_t polar = 0; polar < kPolar; ++polar)
         for (std::size_t around = 0; around < kAround; around += kMeridian)
