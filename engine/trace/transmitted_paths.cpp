@@ -113,7 +113,7 @@ void TransmittedPaths::admit() {
     for (const Bands& of_path : energies_) energy += double{of_path.sum()};
     next_->count = 0;
     const float factor = thinning_.next(
-        energy, double{RandomStream(derive_seed(seed, SeedPurpose::roulette)).uniform()});
+        energy, double{RandomStream(derive_seed(seed, TransmissionSeed::roulette)).uniform()});
     if (!(factor > 0)) return std::swap(paths_, next_);
     const auto survivors = resampler_.choose(energies_, crossings_, thinning_.places(), seed);
     std::size_t last = energies_.size();
