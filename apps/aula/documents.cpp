@@ -123,14 +123,8 @@ std::vector<std::string> map_warnings(const Measurement& measurement) {
                                std::to_string(receivers - audible) + " of " +
                                std::to_string(receivers) + " receivers");
     }
-    const auto uncertain =
-        std::count_if(measurement.uncertain.begin(), measurement.uncertain.end(),
-                      [](const std::string& parameters) { return !parameters.empty(); });
-    if (uncertain > 0)
-        warnings.push_back("standard errors after " + std::to_string(measurement.frames) +
-                           " frames are larger than wanted at " + std::to_string(uncertain) +
-                           " of " + std::to_string(measurement.audible.size()) +
-                           " pairs of source and receiver");
+    if (std::string summary = uncertainty_summary(measurement); !summary.empty())
+        warnings.push_back(std::move(summary));
     warnings.insert(warnings.end(), measurement.missing_decays.begin(),
                     measurement.missing_decays.end());
     return warnings;

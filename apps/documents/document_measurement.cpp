@@ -1,5 +1,6 @@
 #include "apps/documents/document_measurement.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace aula {
@@ -22,11 +23,21 @@ constexpr MeasurementLimits kReportLimits{
 /// parallel hard walls, for instance. Two sources then take about 45 s at six receivers.
 constexpr int kReportFrames = 500;
 
-/// Counted work of larger reports, with the interaural coefficients. With the length of the responses
-/// before, a dozen pairs should take at most two minutes of one thread.
+/// Counted work of larger reports, with the interaural coefficients. With the length of the
+/// responses before, a dozen pairs should take at most two minutes of one thread.
 constexpr double kReportWork_s = 80;
 
 }  // namespace
+
+std::string uncertainty_summary(const Measurement& measurement) {
+    const auto uncertain =
+        std::count_if(measurement.uncertain.begin(), measurement.uncertain.end(),
+                      [](const std::string& parameters) { return !parameters.empty(); });
+    if (uncertain == 0) return {};
+    return "standard errors after " + std::to_string(measurement.frames) +
+           " frames are larger than wanted at " + std::to_string(uncertain) + " of " +
+           std::to_string(measurement.audible.size()) + " pairs of source and receiver";
+}
 
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
                                        std::optional<int> frames, bool interaural,

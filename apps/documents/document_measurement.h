@@ -15,6 +15,9 @@ namespace aula {
 inline constexpr double kMapHeight_m = 1.2;
 inline constexpr double kMapSpacing_m = 0.5;
 
+/// A line on the number of pairs with larger standard errors than wanted; empty if there are none.
+std::string uncertainty_summary(const Measurement& measurement);
+
 /// Measures all sources at the receivers of a map. Without `frames` until the standard errors are
 /// half of the just noticeable differences, or for 256 frames. `interaural` adds IACC. Returns
 /// empty if `progress`, which receives the completed share, requested a stop.

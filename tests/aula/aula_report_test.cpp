@@ -349,8 +349,12 @@ TEST_CASE("A report names positions outside the room and in closed bodies") {
               "receiver \"box\" is inside a closed body or another room, at (1.3, 3.3, 0.8)") !=
           std::string::npos);
     CHECK(lines.find("at \"box\": not audible") != std::string::npos);
-    // Companion: positions in the room.
-    const auto [none, all_inside] = written({"--receiver", "other=2,2,1"});
+    // Companion: positions in the room, of which one is too near.
+    const auto [none, all_inside] = written({"--receiver", "near=1.3,1.5,1.5"});
+    CHECK(std::regex_search(
+        all_inside, std::regex("Nearer than [^=]+= [0-9.]+ m, the least distance of ISO 3382-2: "
+                               "hiss at near\\.")));
+    CHECK(html.find("Nearer than") == std::string::npos);
     CHECK(none.find("outside") == std::string::npos);
     CHECK(none.find("closed body") == std::string::npos);
     CHECK(all_inside.find("closed body") == std::string::npos);

@@ -24,9 +24,6 @@ namespace aula {
 
 namespace {
 
-/// Standard errors on either side of a value that cover it with 95 %.
-constexpr double kCoverage = 2;
-
 /// Speech of a source at a receiver: its level in dB(A) and STI, with their standard errors.
 struct PairSpeech {
     MeasuredValue level_dba;
@@ -311,8 +308,7 @@ std::string speech_section(const RoomReport& report) {
         for (std::size_t r = 0; r < m.receivers.size(); ++r) {
             if (!m.audible[m.pair(s, r)]) continue;
             const auto [level, sti] = speech_at(report, s, r);
-            const double margin =
-                std::max(kSpeechIndexRounding, kCoverage * sti.standard_error.value_or(0));
+            const double margin = speech_margin(sti);
             const auto name = [&, &index = sti.value](std::string_view (*of)(double)) {
                 return html_cell(index ? speech_name(*index, margin, of) : "-");
             };

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <utility>
+#include <vector>
 
+#include "apps/documents/document_measurement.h"
 #include "apps/documents/parameter_text.h"
 #include "apps/documents/position_average.h"
 #include "apps/documents/report/report_cells.h"
@@ -150,6 +153,26 @@ std::string statistical_times(const RoomReport& report) {
            row("Eyring in s", reverberation_time_s(report.room.field, medium));
 }
 
+/// A sentence on pairs nearer than the least distance of ISO 3382-2.
+std::string near_pairs(const RoomReport& report, double t30_s) {
+    const Measurement& m = report.measurement;
+    const double least_m =
+        2 * std::sqrt(*report.room.volume_m3 /
+                      (double{report.scene.medium.speed_of_sound_m_s()} * t30_s));
+    std::string pairs;
+    for (std::size_t s = 0; s < m.sources.size(); ++s)
+        for (std::size_t r = 0; r < m.receivers.size(); ++r)
+            if (double{glm::distance(m.sources[s].position_at(0), m.receivers[r].position)} <
+                least_m)
+                pairs += (pairs.empty() ? "" : ", ") +
+                         html_text(m.sources[s].name + " at " + report.receivers[r]);
+    if (pairs.empty()) return {};
+    return formatted(
+               " Nearer than 2 &radic;(V/(c T30)) = %.1f m, the least distance of ISO 3382-2: ",
+               least_m) +
+           pairs + ".";
+}
+
 /// A sentence on a T30 that is far from Eyring's time.
 std::string diffuseness(const RoomReport& report, const PositionAverage& average) {
     constexpr double kFar = 1.5;
@@ -202,6 +225,10 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
             " Estimates by Sabine and Eyring are those of a diffuse field, from the volume and the "
             "areas below." +
             diffuseness(report, average);
+    if (const std::optional<double>& t30_s =
+            average.mean.broadband[static_cast<std::size_t>(AcousticParameter::t30)].value;
+        t30_s && report.room.volume_m3)
+        html += near_pairs(report, *t30_s);
     html += "</p>\n<table class=\"wide\">\n" +
             head_row(html_header("octave in Hz") + html_header("") + band_headers(schroeder_hz) +
                      html_header("single number")) +
@@ -222,6 +249,22 @@ std::string uncertainty(const RoomReport& report) {
            "simulation, not the uncertainty of geometry and coefficients. The error of IACC is "
            "that of the noise of the reverberation only. Means over positions have none: the pairs "
            "of a source share its rays.</p>\n";
+}
+
+/// Remarks on positions and on the measurement. Errors are printed with their values, so that the
+/// number of pairs with large ones is sufficient.
+std::vector<std::string> remarks_of(const RoomReport& report) {
+    const Measurement& m = report.measurement;
+    std::vector<std::string> remarks = report.remarks;
+    remarks.insert(remarks.end(), m.warnings.begin(), m.warnings.end());
+    for (std::size_t pair = 0; pair < m.audible.size(); ++pair)
+        if (!m.audible[pair]) remarks.push_back(pair_warning(m, pair));
+    if (const std::string summary = uncertainty_summary(m); !summary.empty())
+        remarks.push_back(summary +
+                          ": of level or C80 more than 0.25 dB, of T30 or EDT more than "
+                          "1.25 %, in an octave from 125 Hz to 4 kHz");
+    remarks.insert(remarks.end(), m.missing_decays.begin(), m.missing_decays.end());
+    return remarks;
 }
 
 /// The octaves of a pair with its curves.
@@ -278,8 +321,7 @@ std::string report_html(const RoomReport& report) {
     const std::optional<double> f_s = schroeder_hz(report, average);
     html += head(report.head) + positions_section(report) + summary(report, average) +
             uncertainty(report) + averages(report, average, f_s);
-    std::vector<std::string> remarks = report.remarks;
-    for (std::string& warning : warnings_of(m)) remarks.push_back(std::move(warning));
+    const std::vector<std::string> remarks = remarks_of(report);
     if (!remarks.empty()) {
         html += "<h2>Remarks</h2>\n<ul>\n";
         for (const std::string& remark : remarks) html += "<li>" + html_text(remark) + "</li>\n";

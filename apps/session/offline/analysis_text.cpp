@@ -68,9 +68,7 @@ std::string analysis_table(const ResponseAnalysis& analysis) {
     const std::optional<double>& sti = analysis.parameters.sti.value;
     table += '\n' + table_cell("STI") + table_cell(sti, 2);
     if (sti) {
-        // By the decimals that are shown.
-        table += "  class " + speech_name(*sti, kSpeechIndexRounding, speech_class) + ", " +
-                 speech_name(*sti, kSpeechIndexRounding, speech_rating);
+        table += "  " + speech_names(analysis.parameters.sti);
     }
     table += '\n';
     if (!analysis.third_octaves.empty()) table += '\n' + third_octave_table(analysis);

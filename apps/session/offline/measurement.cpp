@@ -348,19 +348,21 @@ std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions&
     return measure(scene, std::vector<Pose>{scene.listener.pose_at(0)}, options);
 }
 
+std::string pair_warning(const Measurement& m, std::size_t pair) {
+    if (!m.audible[pair])
+        return name_of(m, pair) + "not audible" +
+               (m.receivers.size() == 1 && m.receiver_names.empty() ? " at the listener, " : ", ") +
+               m.inaudible[pair] + "; its parameters are omitted";
+    if (m.uncertain[pair].empty()) return {};
+    return name_of(m, pair) + "standard errors after " + std::to_string(m.frames) +
+           " frames: " + m.uncertain[pair];
+}
+
 std::vector<std::string> warnings_of(const Measurement& m) {
     std::vector<std::string> lines = m.warnings;
-    for (std::size_t pair = 0; pair < m.audible.size(); ++pair) {
-        if (!m.audible[pair])
-            lines.push_back(name_of(m, pair) + "not audible" +
-                            (m.receivers.size() == 1 && m.receiver_names.empty()
-                                 ? " at the listener, "
-                                 : ", ") +
-                            m.inaudible[pair] + "; its parameters are omitted");
-        else if (!m.uncertain[pair].empty())
-            lines.push_back(name_of(m, pair) + "standard errors after " + std::to_string(m.frames) +
-                            " frames: " + m.uncertain[pair]);
-    }
+    for (std::size_t pair = 0; pair < m.audible.size(); ++pair)
+        if (std::string line = pair_warning(m, pair); !line.empty())
+            lines.push_back(std::move(line));
     lines.insert(lines.end(), m.missing_decays.begin(), m.missing_decays.end());
     return lines;
 }

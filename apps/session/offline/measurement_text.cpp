@@ -11,6 +11,7 @@
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/printable.h"
+#include "engine/response/speech_transmission.h"
 
 namespace aula {
 
@@ -89,6 +90,17 @@ std::string table_cell(const std::optional<double>& value, int decimals) {
     return table_cell(value ? fixed_text(*value, decimals) : "-");
 }
 
+double speech_margin(const MeasuredValue& index) {
+    constexpr double kCoverage = 2;  // 95 %
+    return std::max(kSpeechIndexRounding, kCoverage * index.standard_error.value_or(0));
+}
+
+std::string speech_names(const MeasuredValue& index) {
+    const double margin = speech_margin(index);
+    return "class " + speech_name(*index.value, margin, speech_class) + ", " +
+           speech_name(*index.value, margin, speech_rating);
+}
+
 std::string json_value(const std::optional<double>& value) {
     return value ? general(*value, 6) : "null";
 }
@@ -159,7 +171,8 @@ std::string report_table(const Measurement& measurement) {
         if (s) table += '\n';
         table += "source " + printable_line(measurement.sources[s].name) + '\n' +
                  octave_table(parameters, kAcousticParameterCount) + table_cell("STI") +
-                 table_cell(parameters.sti.value, 2) + '\n';
+                 table_cell(parameters.sti.value, 2) +
+                 (parameters.sti.value ? "  " + speech_names(parameters.sti) : "") + '\n';
     }
     return table;
 }

@@ -33,6 +33,13 @@ std::string table_cell(const std::optional<double>& value, int decimals);
 /// below a line of names.
 std::string octave_table(const PairParameters& parameters, std::size_t count);
 
+/// Two standard errors of a speech transmission index, or half of its second decimal.
+double speech_margin(const MeasuredValue& index);
+
+/// Class and rating of a speech transmission index, "class E to D, fair"; two names where a limit
+/// is within its margin. Requires a value.
+std::string speech_names(const MeasuredValue& index);
+
 /// A number as JSON with 6 digits, independent of the locale; null if it is absent.
 std::string json_value(const std::optional<double>& value);
 

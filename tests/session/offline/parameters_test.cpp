@@ -168,7 +168,7 @@ TEST_CASE("a report has octaves, single numbers, STI and the standard errors of 
     CHECK(source.at("standard_errors").at("STI").get<double>() > 0);
     // The table has a row for each parameter and one for STI.
     const std::string table = report_table(*measured);
-    for (const char* row : {"T20 s", "J_LF", "J_LFC", "L_J dB", "STI"})
+    for (const char* row : {"T20 s", "J_LF", "J_LFC", "L_J dB", "STI", "  class "})
         CHECK(table.find(row) != std::string::npos);
     const std::string given = report_json(*measure(scene, {.frames = 2}));
     CHECK(given.find("nan") == std::string::npos);

@@ -93,8 +93,8 @@ struct MeasurementOptions {
     MeasurementLimits limits{};  ///< each above 0; not used with `frames`
     int max_frames = 2000;       ///< ends a measurement outside its limits; not used with `frames`
     /// Computation time of one processor in s, as counted from the work (docs/performance.md),
-    /// of which interaural coefficients take at most half, and after which no further window
-    /// begins, above 0; not used with `frames`. At least two windows are measured.
+    /// with that of interaural coefficients, after which no further window begins, above 0; not
+    /// used with `frames`. At least half of it, and two windows, are for the energy responses.
     double max_work_s = std::numeric_limits<double>::infinity();
     bool parameters = true;  ///< false omits Measurement::parameters
     /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
@@ -163,6 +163,10 @@ std::optional<Measurement> measure(const Scene& scene, std::span<const Source> s
 
 /// The same for the sources and the listener of the scene.
 std::optional<Measurement> measure(const Scene& scene, const MeasurementOptions& options = {});
+
+/// The line for the user on a pair that is not audible or has larger errors than wanted; else
+/// empty.
+std::string pair_warning(const Measurement& measurement, std::size_t pair);
 
 /// All lines for the user: those on the whole measurement, on pairs that are not audible or have
 /// larger errors than wanted, and, last, on octaves without T30.
