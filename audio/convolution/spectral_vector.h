@@ -6,6 +6,8 @@
 
 #if defined(__F16C__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace aula {
@@ -58,6 +60,15 @@ Vector<8> load_half(const std::uint16_t* p) {
 void store_half(const Vector<8>& v, std::uint16_t* p) {
     _mm_store_si128(reinterpret_cast<__m128i*>(p),
                     _mm256_cvtps_ph(v, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC));
+}
+#elif defined(__aarch64__)
+constexpr std::size_t kWidest = 4;
+
+Vector<4> load_half(const std::uint16_t* p) {
+    return vcvt_f32_f16(vreinterpret_f16_u16(vld1_u16(p)));
+}
+void store_half(const Vector<4>& v, std::uint16_t* p) {
+    vst1_u16(p, vreinterpret_u16_f16(vcvt_f16_f32(v)));
 }
 #else
 constexpr std::size_t kWidest = 4;
