@@ -392,6 +392,7 @@ class Analysis(unittest.TestCase):
         self.assertTrue(np.isnan(values["STI"][0]))
         self.assertFalse(np.isnan(values["C80"][1, 4]))
 
+    @unittest.skipUnless(PROGRAM, "needs AULA_PROGRAM")
     def test_file_and_levels(self):
         with tempfile.TemporaryDirectory() as folder:
             scene, ir = (str(pathlib.Path(folder, name)) for name in ("room.json", "ir.wav"))
