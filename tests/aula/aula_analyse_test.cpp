@@ -83,7 +83,7 @@ TEST_CASE("analyse writes JSON and CSV, with third octaves") {
 TEST_CASE("analyse refuses what is no response with one line and status 2") {
     const TemporaryFolder folder;
     const std::string file = decay_file(folder, "a.wav", -70);
-    aula::WavWriter writer(folder.path() / "silent.wav", 48000, 2, aula::SampleFormat::pcm16);
+    aula::WavWriter writer(folder.path() / "silent.wav", 48000, 2, aula::SampleFormat::float32);
     writer.write(std::vector<float>(9600));
     writer.commit();
     const std::string silent = folder.path() / "silent.wav";
