@@ -483,6 +483,8 @@ class Threads(unittest.TestCase):
         np.testing.assert_array_equal(results[0], expected)
 
     def test_interrupt(self):
+        # A shell starts processes in the background with this signal ignored.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         room = box()
         room.sources, room.listener = SOURCES, aula.Microphone(MICROPHONES[0])
         # The coherent noise of 128 microphones takes seconds.
