@@ -20,7 +20,7 @@ constexpr float kSolved_db = 0.02F;
 // Of one step, in the natural logarithm of an energy: 6.5 dB.
 constexpr double kLongestStep = 1.5;
 
-constexpr float kLowestGain = 1e-3F;  // re the greatest
+constexpr float kLowestOctaveGain = 1e-3F;  // re the greatest
 
 /// A node of a quadrature and its weight.
 struct Node {
@@ -58,7 +58,7 @@ float product(const float* __restrict a, const float* __restrict b, std::size_t 
 }
 
 AULA_MULTIVERSION
-void add(float factor, const float* __restrict x, float* __restrict sum, std::size_t count) {
+void add_scaled(float factor, const float* __restrict x, float* __restrict sum, std::size_t count) {
     for (std::size_t n = 0; n < count; ++n) sum[n] += factor * x[n];
 }
 
@@ -101,7 +101,7 @@ float OctaveLevels::measure(const std::array<float, 8>& energies, std::span<cons
             const float* const wave = rows_.data() + row * taps_;
             const float part = product(wave, response.data(), taps_);
             energy_[b] += double{part} * double{part};
-            add(part, wave, gradient, taps_);
+            add_scaled(part, wave, gradient, taps_);
         }
         energy_[b] = std::max(energy_[b], 1e-30);
         wanted_[b] = std::log(double{energies[b]} / energy_[b]);
@@ -139,12 +139,12 @@ void OctaveLevels::step(std::span<float> response) {
         x[b] /= normal_[b * count + b];
     }
     for (std::size_t b = 0; b < count; ++b)
-        add(static_cast<float>(2 * x[b] / energy_[b]), gradient(b), response.data(), taps_);
+        add_scaled(static_cast<float>(2 * x[b] / energy_[b]), gradient(b), response.data(), taps_);
 }
 
 float OctaveLevels::correct(const std::array<float, 8>& gains, std::span<float> response) {
     assert(response.size() == taps_);
-    const float lowest = kLowestGain * *std::max_element(gains.begin(), gains.end());
+    const float lowest = kLowestOctaveGain * *std::max_element(gains.begin(), gains.end());
     std::array<float, 8> energies{};
     for (std::size_t b = 0; b < energies.size(); ++b) {
         const float gain = std::max(gains[b], lowest);
