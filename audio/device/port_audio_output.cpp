@@ -55,8 +55,9 @@ namespace {
 // Some servers report latencies of minutes. Longer buffers are not useful.
 constexpr double kLongestLatency_s = 0.1;
 
-// Some servers disappear without notice.
-constexpr std::chrono::milliseconds kSilenceOfLostDevice{1000};
+// Some servers disappear without notice. A sink of PulseAudio that was idle has a buffer of two
+// seconds, after which it first requests samples at the rate of the new stream.
+constexpr std::chrono::milliseconds kSilenceOfLostDevice{3000};
 
 constexpr std::chrono::seconds kLongestStart{5};
 

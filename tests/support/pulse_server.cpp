@@ -6,7 +6,7 @@
 
 namespace aula::test {
 
-PulseServer::PulseServer() : socket_(folder_.path() / "native") {
+PulseServer::PulseServer(bool rewinds) : socket_(folder_.path() / "native"), rewinds_(rewinds) {
     const std::string folder = folder_.path();
     for (const char* name : {"XDG_RUNTIME_DIR", "PULSE_RUNTIME_PATH", "HOME"}) {
         setenv(name, folder.c_str(), 1);
@@ -28,9 +28,9 @@ void PulseServer::kill() { server_.reset(); }
 void PulseServer::restart() {
     server_ = std::make_unique<ChildProcess>(std::vector<std::string>{
         "pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1", "-L",
-        // With rewinds the sink would rewrite samples that are already recorded.
-        "module-null-sink sink_name=out rate=48000 channels=2 norewinds=1", "-L",
-        "module-native-protocol-unix socket=" + socket_ + " auth-anonymous=1"});
+        std::string("module-null-sink sink_name=out rate=48000 channels=2 norewinds=") +
+            (rewinds_ ? "0" : "1"),
+        "-L", "module-native-protocol-unix socket=" + socket_ + " auth-anonymous=1"});
     running_ = false;
     for (int turn = 0; turn < 50 && !running_; ++turn) {
         running_ = ChildProcess({"pactl", "info"}).wait() == 0;

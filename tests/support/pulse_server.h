@@ -14,7 +14,9 @@ namespace aula::test {
 /// can run here.
 class PulseServer {
  public:
-    PulseServer();
+    /// `rewinds`: the sink has buffers of two seconds while it is idle, as sinks have by default.
+    /// It then rewrites samples that are already recorded.
+    explicit PulseServer(bool rewinds = false);
     ~PulseServer();
     PulseServer(const PulseServer&) = delete;
     PulseServer& operator=(const PulseServer&) = delete;
@@ -31,6 +33,7 @@ class PulseServer {
  private:
     TemporaryFolder folder_;
     std::string socket_;
+    bool rewinds_;
     std::unique_ptr<ChildProcess> server_;
     bool running_ = false;
 };

@@ -166,6 +166,24 @@ TEST_CASE("A gap that the sound system reports is counted as an underrun") {
     snd_config_update_free_global();
 }
 
+TEST_CASE("A sink that was idle begins to play late, and is not lost") {
+    PulseServer server(true);
+    if (!pulse_device(server)) return;
+    for (int start = 0; start < 4; ++start) {
+        std::atomic<int> calls = 0;
+        AudioDevice device("pulse", kRate_hz, 2, kBlock,
+                           [&](std::span<float* const> outputs, int samples) {
+                               for (float* const channel : outputs)
+                                   std::fill_n(channel, samples, 0.0F);
+                               ++calls;
+                           });
+        device.start();
+        CHECK(eventually([&] { return calls > 100; }));
+        CHECK(device.reconnects() == 0);
+        device.stop();
+    }
+}
+
 TEST_CASE("A microphone records its input") {
     PulseServer server;
     const auto pulse = pulse_device(server);
@@ -228,7 +246,6 @@ TEST_CASE("A microphone is refused if there is no input") {
     setenv("JACK_DEFAULT_SERVER", "aula-test-no-such-server", 1);
     DeviceInfo jack;
     jack.host_api = "JACK";
-    CHECK_THROWS_WITH(Microphone(jack, kRate_hz, kBlock),
-                      Catch::StartsWith("no microphone: "));
+    CHECK_THROWS_WITH(Microphone(jack, kRate_hz, kBlock), Catch::StartsWith("no microphone: "));
     unsetenv("JACK_DEFAULT_SERVER");
 }
