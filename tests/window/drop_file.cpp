@@ -64,7 +64,7 @@ class Drag {
                 const XClientMessageEvent& message = event.xclient;
                 if (message.message_type == atom("XdndFinished")) {
                     finished = true;
-                    accepted = (message.data.l[1] & 1) != 0;
+                    accepted = message.data.l[1] != 0;  // GLFW: the size of what it has read
                 } else if (message.message_type == atom("XdndStatus")) {
                     if ((message.data.l[1] & 1) == 0) return true;
                     send("XdndDrop", 0, CurrentTime, 0, 0);
