@@ -101,7 +101,7 @@ simulation (overrides the scene; defaults in brackets)
                          long as 1000 rays take. Of measurements: about 15 s, 1 min, or until their
                          errors are small [normal]
   --rays N               rays per source and frame [--offline: as --quality allows, at most 1000;
-                         otherwise 1000, live fewer if frames take too long]
+                         otherwise 1000; live 250 in draft quality, fewer if frames take too long]
   --order N              highest reflection order; 0: no limit [0]
   --specular-order N     highest order of the image sources [3]
   --response-time S      averaging time of the caches, tau, in seconds [0.5]

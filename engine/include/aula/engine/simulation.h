@@ -21,7 +21,7 @@ const char* estimator_name(Estimator estimator);
 std::optional<Estimator> estimator_from_name(const std::string& name);
 
 /// The budget of exact rendering and of measurements, in computation time that is counted from the
-/// work done, so that it is the same on all machines (docs/performance.md).
+/// work done and is the same on all machines; live, that of the rays (docs/performance.md).
 enum class Quality {
     draft,   ///< a quarter of the time of `normal`
     normal,  ///< a second of sound in at most about a second of two processors
@@ -56,7 +56,7 @@ struct Simulation {
     /// Rays per source and frame, 1 to kMaxRays; more rays, less noise. If absent: kRays, or in
     /// exact rendering as many up to kRays as `quality` allows.
     std::optional<int> rays;
-    Quality quality = Quality::normal;  ///< budget of exact rendering and of measurements
+    Quality quality = Quality::normal;  ///< budget of rendering and of measurements
     int order = 0;                      ///< highest reflection order, up to kMaxOrder; 0: no limit
     int specular_order = 3;     ///< highest order of the image sources, 0 to kHighestSpecularOrder
     bool specular = true;       ///< false omits purely specular paths
