@@ -27,10 +27,10 @@ if(AULA_FUZZ)
 endif()
 
 # The headers that most sources include. aula_engine precompiles them for the libraries,
-# aula_documents for the program and its parts, whose options differ. Sources with further options,
-# except -O, cannot use them, nor can aula_devices, for which PortAudio demands -pthread. Rarer
-# headers, such as <thread>, would cost more time in the other sources than they save. The preset
-# dev compiles without precompiled headers, to find missing ones.
+# aula_documents for the parts of the program, whose options differ. Sources with further options
+# cannot use them, with GCC 14 not even with another -O level, nor can aula_devices, for which
+# PortAudio demands -pthread. Rarer headers, such as <thread>, would cost more time in the other
+# sources than they save. The preset dev compiles without precompiled headers, to find missing ones.
 set(AULA_PRECOMPILED_HEADERS
     <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <glm/geometric.hpp> <limits>
     <map> <memory> <numbers> <optional> <span> <string> <utility> <vector>)
