@@ -73,25 +73,28 @@ bool is_certain(const WindowedMean& mean, const MeasurementLimits& limits) {
 /// are none.
 std::string uncertain_parameters(const WindowedMean& mean, const MeasurementLimits& limits) {
     struct Words {
+        MeasuredParameter parameter;
         const char* name;
         const char* unit;
         double scale;
     };
     constexpr std::array<Words, kMeasuredParameters.size()> kWords{
-        {{"level", "dB", 1}, {"C80", "dB", 1}, {"T30", "%", 100}, {"EDT", "%", 100}}};
+        {{MeasuredParameter::level, "level", "dB", 1},
+         {MeasuredParameter::c80, "C80", "dB", 1},
+         {MeasuredParameter::t30, "T30", "%", 100},
+         {MeasuredParameter::edt, "EDT", "%", 100}}};
     const WindowedMean::Errors errors = mean.standard_errors();
     std::string text;
-    for (const MeasuredParameter p : kMeasuredParameters) {
-        const auto i = static_cast<std::size_t>(p);
-        const auto worst = std::max_element(errors[i].begin() + kFirstMeasuredBand,
-                                            errors[i].begin() + kEndMeasuredBand);
-        if (*worst <= wanted_error(limits, p)) continue;
-        const float centre_hz =
-            kBandCentres_hz[static_cast<std::size_t>(worst - errors[i].begin())];
+    for (const Words& words : kWords) {
+        const auto& octaves = errors[static_cast<std::size_t>(words.parameter)];
+        const auto worst = std::max_element(octaves.begin() + kFirstMeasuredBand,
+                                            octaves.begin() + kEndMeasuredBand);
+        const double wanted = wanted_error(limits, words.parameter);
+        if (*worst <= wanted) continue;
+        const float centre_hz = kBandCentres_hz[static_cast<std::size_t>(worst - octaves.begin())];
         text += formatted("%s%s %.3g %s at %.0f Hz (at most %g %s)", text.empty() ? "" : ", ",
-                          kWords[i].name, kWords[i].scale * *worst, kWords[i].unit,
-                          static_cast<double>(centre_hz), kWords[i].scale * wanted_error(limits, p),
-                          kWords[i].unit);
+                          words.name, words.scale * *worst, words.unit,
+                          static_cast<double>(centre_hz), words.scale * wanted, words.unit);
     }
     return text;
 }
