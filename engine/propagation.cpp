@@ -238,7 +238,7 @@ struct Propagation::State {
             const Vec3& source = input.sources[pair / input.listeners.size()];
             const Vec3& listener = input.listeners[pair % input.listeners.size()];
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
-            std::vector<SpecularPath>& paths = set.responses[pair].paths;
+            std::vector<SoundPath>& paths = set.responses[pair].paths;
             if (direct_sound) {
                 paths = direct_sound->find(source, listener, of_source, attenuation_per_m,
                                            set.memories[pair]);
@@ -249,9 +249,9 @@ struct Propagation::State {
         });
         if (direct_sound) statistics.edges = direct_sound->edges().count();
         for (const EnergyResponse& response : set.responses) {
-            for (const SpecularPath& path : response.paths) {
-                if (path.edges > 0) ++statistics.bent_paths;
-                if (path.id == SpecularPath::kThroughWalls) ++statistics.wall_paths;
+            for (const SoundPath& path : response.paths) {
+                if (path.kind == SoundPath::Kind::bent) ++statistics.bent_paths;
+                if (path.kind == SoundPath::Kind::through_walls) ++statistics.wall_paths;
             }
         }
     }
@@ -276,24 +276,23 @@ struct Propagation::State {
     /// straight.
     void find_specular(const FrameInput& input, PairSet& set) {
         const auto find = [&](std::size_t pair, WorkerPool* shared) {
-            std::vector<SpecularPath>& paths = set.responses[pair].paths;
+            std::vector<SoundPath>& paths = set.responses[pair].paths;
             const bool all_through_walls = std::all_of(
                 paths.begin(), paths.end(),
-                [](const SpecularPath& path) { return path.id == SpecularPath::kThroughWalls; });
+                [](const SoundPath& path) { return path.kind == SoundPath::Kind::through_walls; });
             set.images[pair] =
                 specular.find(input.sources[pair / input.listeners.size()],
                               input.listeners[pair % input.listeners.size()],
                               simulation.direct && all_through_walls, attenuation_per_m, shared);
-            std::vector<SpecularPath>& found = set.images[pair].paths;
+            std::vector<SoundPath>& found = set.images[pair].paths;
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {
-                for (SpecularPath& path : found) path.energy *= of_source.factor(path.departure);
+                for (SoundPath& path : found) path.energy *= of_source.factor(path.departure);
             }
             const auto middle = paths.insert(paths.end(), found.begin(), found.end());
-            std::inplace_merge(paths.begin(), middle, paths.end(),
-                               [](const SpecularPath& a, const SpecularPath& b) {
-                                   return a.length_m < b.length_m;
-                               });
+            std::inplace_merge(
+                paths.begin(), middle, paths.end(),
+                [](const SoundPath& a, const SoundPath& b) { return a.length_m < b.length_m; });
         };
         const std::size_t count = set.responses.size();
         statistics.image_candidates += count * specular.candidate_count();

@@ -79,7 +79,7 @@ void GroupVoice::prepare(const EnergyResponse& energy) {
             for (float& sample : channel) sample *= gains.late;
     }
     float longest_m = 0;
-    for (const SpecularPath& path : response.paths) longest_m = std::max(longest_m, path.length_m);
+    for (const SoundPath& path : response.paths) longest_m = std::max(longest_m, path.length_m);
     longest_delay_s_ = static_cast<double>(longest_m) / speed_of_sound_m_s_;
     if (!prepared_) prepared_ = renderer_.frames(kListener).reclaim();
     if (!prepared_) prepared_ = frames_.make_frame();

@@ -56,10 +56,8 @@ class Interruption {
 };
 
 OutputFormat output_of(const std::string& name) {
-    if (name == "mono") return OutputFormat::mono;
-    if (name == "foa") return OutputFormat::foa;
-    if (name == "toa") return OutputFormat::toa;
-    if (name == "binaural") return OutputFormat::binaural;
+    for (const auto& [known, format] : kOutputFormats)
+        if (name == known) return format;
     throw InputError("output: \"" + name + "\"; expected mono, foa, toa or binaural");
 }
 

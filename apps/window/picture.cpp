@@ -278,7 +278,7 @@ void Picture::add_lines(const Model& model, const Choices& choices) {
     constexpr std::size_t kMax = 40;
     const Vec3 here = view->listener.position;
     for (std::size_t i = 0; i < std::min(kMax, view->response.paths.size()); ++i) {
-        const SpecularPath& path = view->response.paths[i];
+        const SoundPath& path = view->response.paths[i];
         if (path.order == 0) continue;
         view_.add_line(here, here + std::min(1.0F, path.length_m) * path.direction,
                        order_colour(path.order), 0.95F, 0.15F);

@@ -184,7 +184,7 @@ float up_to_ten(float level_db) { return 10 * std::ceil(level_db / 10); }
 void draw_impulse_response(const FrameView& view, ImVec2 size, double to_s) {
     float loudest = 1e-6F;
     for (const float p : view.impulse_response) loudest = std::max(loudest, p);
-    for (const SpecularPath& path : view.response.paths)
+    for (const SoundPath& path : view.response.paths)
         loudest = std::max(loudest, std::sqrt(squared_pressure(path.energy.max())));
     const float top_db = up_to_ten(20 * std::log10(loudest));
     Plot plot("Impulse response", "dB re 1 m", size, to_s, top_db - 80, top_db);

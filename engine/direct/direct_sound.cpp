@@ -14,9 +14,10 @@ namespace aula {
 
 namespace {
 
-bool is_same_tap(const SpecularPath& a, const SpecularPath& b) {
+bool is_same_tap(const SoundPath& a, const SoundPath& b) {
     return a.length_m == b.length_m && a.direction == b.direction && a.energy == b.energy &&
-           a.id == b.id && a.edges == b.edges && a.departure == b.departure && a.apexes == b.apexes;
+           a.key == b.key && a.edges == b.edges && a.departure == b.departure &&
+           a.apexes == b.apexes;
 }
 
 }  // namespace
@@ -77,10 +78,9 @@ void DirectSound::search(std::span<const Vec3> sources, std::span<const Vec3> li
 
 /// All that a frame leaves is a function of the inputs and of what the frames before left. If
 /// nothing changes in as many frames as test all edges, nothing will change in the next one.
-std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& listener,
-                                            const OrientedDirectivity& directivity,
-                                            const Bands& attenuation_per_m,
-                                            PairMemory& memory) const {
+std::vector<SoundPath> DirectSound::find(const Vec3& source, const Vec3& listener,
+                                         const OrientedDirectivity& directivity,
+                                         const Bands& attenuation_per_m, PairMemory& memory) const {
     const PairMemory::Inputs inputs{source, listener, directivity, scene_version_};
     const bool rests = memory.inputs == inputs;
     memory.inputs = inputs;
@@ -89,8 +89,7 @@ std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& list
         memory.near.skip_frame();
         return memory.taps;
     }
-    std::vector<SpecularPath> taps =
-        compute(source, listener, directivity, attenuation_per_m, memory);
+    std::vector<SoundPath> taps = compute(source, listener, directivity, attenuation_per_m, memory);
     const bool is_equal =
         rests && !memory.near.has_changed() && memory.levels.is_exact() &&
         memory.chains.is_complete &&
@@ -100,10 +99,10 @@ std::vector<SpecularPath> DirectSound::find(const Vec3& source, const Vec3& list
     return taps;
 }
 
-std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& listener,
-                                               const OrientedDirectivity& directivity,
-                                               const Bands& attenuation_per_m,
-                                               PairMemory& memory) const {
+std::vector<SoundPath> DirectSound::compute(const Vec3& source, const Vec3& listener,
+                                            const OrientedDirectivity& directivity,
+                                            const Bands& attenuation_per_m,
+                                            PairMemory& memory) const {
     std::vector<EdgePath> paths =
         paths_.find(source, listener, attenuation_per_m, memory, changed_);
     const auto chains = chains_.find(source, listener, memory.chains, attenuation_per_m, paths);
@@ -111,7 +110,7 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
     chains_.join_rows(source, listener, memory.chains, attenuation_per_m, paths);
     const double straight_m = double{glm::distance(source, listener)};
     Bands model = paths_.limit(paths, straight_m, attenuation_per_m);
-    std::optional<SpecularPath> through_walls =
+    std::optional<SoundPath> through_walls =
         path_through_walls(scene_, source, listener, attenuation_per_m);
     if (through_walls) {
         model += through_walls->energy;
@@ -134,7 +133,7 @@ std::vector<SpecularPath> DirectSound::compute(const Vec3& source, const Vec3& l
                          through_walls);
 }
 
-void DirectSound::complete_reflections(std::vector<SpecularPath>& paths, const Vec3& source,
+void DirectSound::complete_reflections(std::vector<SoundPath>& paths, const Vec3& source,
                                        const Vec3& listener, const FirstOrderImages& images,
                                        const OrientedDirectivity& directivity,
                                        const Bands& attenuation_per_m, PairMemory& memory) const {

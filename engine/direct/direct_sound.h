@@ -38,17 +38,17 @@ class DirectSound {
 
     const SceneEdges& edges() const { return edges_; }
 
-    /// The paths of a source's direct sound to a listener by ascending length; see SpecularPath.
+    /// The paths of a source's direct sound to a listener by ascending length; see SoundPath.
     /// Empty if no path leads over an edge or through a wall.
     /// `memory` is that of the source and the listener; while nothing has changed in several
     /// frames, its taps are returned. [several threads]
-    std::vector<SpecularPath> find(const Vec3& source, const Vec3& listener,
-                                   const OrientedDirectivity& directivity,
-                                   const Bands& attenuation_per_m, PairMemory& memory) const;
+    std::vector<SoundPath> find(const Vec3& source, const Vec3& listener,
+                                const OrientedDirectivity& directivity,
+                                const Bands& attenuation_per_m, PairMemory& memory) const;
 
     /// Adds to the first-order image sources in `paths` their diffraction at the edges of their
     /// faces; call after find(). See ReflectionGroups::complete. [several threads]
-    void complete_reflections(std::vector<SpecularPath>& paths, const Vec3& source,
+    void complete_reflections(std::vector<SoundPath>& paths, const Vec3& source,
                               const Vec3& listener, const FirstOrderImages& images,
                               const OrientedDirectivity& directivity,
                               const Bands& attenuation_per_m, PairMemory& memory) const;
@@ -60,9 +60,9 @@ class DirectSound {
         Bounds bounds;                  ///< in the last frame
     };
 
-    std::vector<SpecularPath> compute(const Vec3& source, const Vec3& listener,
-                                      const OrientedDirectivity& directivity,
-                                      const Bands& attenuation_per_m, PairMemory& memory) const;
+    std::vector<SoundPath> compute(const Vec3& source, const Vec3& listener,
+                                   const OrientedDirectivity& directivity,
+                                   const Bands& attenuation_per_m, PairMemory& memory) const;
     void find_changes();
     void follow(MovableObject& object);
 

@@ -366,8 +366,8 @@ Bands EdgePaths::limit(std::span<EdgePath> paths, double straight_m,
 /// where p is the primary path and g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0.
 /// Paths of equal length thus become one tap with the phases between them; the sum of all taps does
 /// not depend on p.
-std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
-                                          std::optional<EdgePath>& last_primary) const {
+std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths,
+                                       std::optional<EdgePath>& last_primary) const {
     if (paths.empty()) return {};
     const EdgePath* primary = &paths.front();
     if (!primary->edges.empty()) {
@@ -389,20 +389,22 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
                         glm::distance(primary->direction, last_primary->direction) > kJump_rad);
     last_primary = *primary;
     ComplexBands coherent = primary->field;
-    const auto tap_of = [](const EdgePath& path, std::uint64_t id, const ComplexBands& field) {
-        return SpecularPath{.order = std::popcount(path.reflections),
-                            .length_m = static_cast<float>(path.length_m),
-                            .direction = path.direction,
-                            .energy = energy_of(field),
-                            .id = id,
-                            .edges = static_cast<int>(path.edges.size()),
-                            .departure = path.departure,
-                            .apexes = path.apexes};
+    const auto tap_of = [](const EdgePath& path, std::uint64_t key, const ComplexBands& field) {
+        return SoundPath{
+            .kind = path.edges.empty() ? SoundPath::Kind::direct : SoundPath::Kind::bent,
+            .order = std::popcount(path.reflections),
+            .length_m = static_cast<float>(path.length_m),
+            .direction = path.direction,
+            .energy = energy_of(field),
+            .key = key,
+            .edges = static_cast<int>(path.edges.size()),
+            .departure = path.departure,
+            .apexes = path.apexes};
     };
-    std::vector<SpecularPath> others;
+    std::vector<SoundPath> others;
     for (const EdgePath& path : paths) {
         if (&path == primary) continue;
-        SpecularPath tap = tap_of(path, id_of(path), path.field);
+        SoundPath tap = tap_of(path, id_of(path), path.field);
         const double x = coherence_argument(path, *primary);
         const auto sinc = sinc_of_bands(x);
         for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -412,12 +414,12 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
         }
         others.push_back(tap);
     }
-    SpecularPath first = tap_of(*primary, jumps ? id_of(*primary) : 0, coherent);
+    SoundPath first = tap_of(*primary, jumps ? id_of(*primary) : SoundPath::kMain, coherent);
 
     std::vector<double> levels_db;
-    for (const SpecularPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));
+    for (const SoundPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));
     const double threshold_db = fade_threshold_db(levels_db, kMaxTaps - 1, kWeakestTap_db);
-    std::vector<SpecularPath> taps{first};
+    std::vector<SoundPath> taps{first};
     Bands sum = first.energy;
     for (std::size_t i = 0; i < others.size(); ++i) {
         const double above_db = levels_db[i] - threshold_db;
@@ -429,7 +431,7 @@ std::vector<SpecularPath> EdgePaths::taps(std::span<const EdgePath> paths,
     const Bands mean = energy(paths);
     Bands scale;
     for (std::size_t b = 0; b < kBandCount; ++b) scale[b] = sum[b] > 0 ? mean[b] / sum[b] : 0;
-    for (SpecularPath& tap : taps) tap.energy *= scale;
+    for (SoundPath& tap : taps) tap.energy *= scale;
     return taps;
 }
 

@@ -61,7 +61,7 @@ struct PairChains {
 /// What is remembered of the taps of coherent paths between frames.
 struct TapMemory {
     LevelFollower levels;             ///< of all taps
-    std::vector<SpecularPath> taps;   ///< in the last frame
+    std::vector<SoundPath> taps;      ///< in the last frame
     std::optional<EdgePath> primary;  ///< path of the primary tap
 };
 
@@ -121,15 +121,15 @@ class EdgePaths {
     Bands limit(std::span<EdgePath> paths, double straight_m, const Bands& attenuation_per_m) const;
 
     /// Paths, the straight one first, as taps of the direct sound, whose energies add up: the
-    /// primary tap, of id 0, first. It is the straight path or, in the shadow, the strong path of
-    /// the smallest length. The fields of other paths are added to its field as far as they cohere
-    /// with it within the bandwidth of an octave; the rest of their energy has separate taps, at
-    /// most kMaxTaps - 1, with ids of their edges. `last_primary`, the path of the primary tap in
-    /// the last frame, keeps it from changing to and fro. Where it changes to a distant path, no
-    /// tap has the id 0 for one frame, so that the renderer fades from one path to the other. Empty
-    /// without a path.
-    std::vector<SpecularPath> taps(std::span<const EdgePath> paths,
-                                   std::optional<EdgePath>& last_primary) const;
+    /// primary tap first, whose key is kMain. It is the straight path or, in the shadow, the strong
+    /// path of the smallest length. The fields of other paths are added to its field as far as they
+    /// cohere with it within the bandwidth of an octave; the rest of their energy has separate
+    /// taps, at most kMaxTaps - 1, with keys of their edges. `last_primary`, the path of the
+    /// primary tap in the last frame, keeps it from changing to and fro. Where it changes to a
+    /// distant path, the primary tap has the key of its edges for one frame: the sound fades from
+    /// one path to the other. Empty without a path.
+    std::vector<SoundPath> taps(std::span<const EdgePath> paths,
+                                std::optional<EdgePath>& last_primary) const;
 
     static constexpr std::size_t kMaxTaps = 8;
 

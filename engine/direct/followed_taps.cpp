@@ -7,27 +7,26 @@ namespace aula {
 namespace {
 
 /// Multiplies the energies of taps by the ratio of two.
-void scale(std::vector<SpecularPath>& taps, const Bands& from, const Bands& to) {
+void scale(std::vector<SoundPath>& taps, const Bands& from, const Bands& to) {
     if (from == to) return;
     Bands ratio;
     for (std::size_t b = 0; b < kBandCount; ++b) ratio[b] = from[b] > 0 ? to[b] / from[b] : 0;
-    for (SpecularPath& tap : taps) tap.energy *= ratio;
+    for (SoundPath& tap : taps) tap.energy *= ratio;
 }
 
-Bands sum_of(const std::vector<SpecularPath>& taps) {
+Bands sum_of(const std::vector<SoundPath>& taps) {
     Bands sum;
-    for (const SpecularPath& tap : taps) sum += tap.energy;
+    for (const SoundPath& tap : taps) sum += tap.energy;
     return sum;
 }
 
 /// The taps of the last frame but that through walls, which keep the share of their energy that is
 /// not yet that of `model`.
-std::vector<SpecularPath> fading_beside(const Bands& model, const Bands& before,
-                                        const Bands& energy,
-                                        const std::vector<SpecularPath>& last) {
-    std::vector<SpecularPath> bent = last;
+std::vector<SoundPath> fading_beside(const Bands& model, const Bands& before, const Bands& energy,
+                                     const std::vector<SoundPath>& last) {
+    std::vector<SoundPath> bent = last;
     std::erase_if(bent,
-                  [](const SpecularPath& tap) { return tap.id == SpecularPath::kThroughWalls; });
+                  [](const SoundPath& tap) { return tap.kind == SoundPath::Kind::through_walls; });
     const Bands all = sum_of(last);
     const Bands of_bent = sum_of(bent);
     Bands from;
@@ -38,22 +37,21 @@ std::vector<SpecularPath> fading_beside(const Bands& model, const Bands& before,
         to[b] = std::max(0.0F, energy[b] - model[b]);
     }
     scale(bent, from, to);
-    std::erase_if(bent, [](const SpecularPath& tap) { return !(tap.energy.max() > 0); });
+    std::erase_if(bent, [](const SoundPath& tap) { return !(tap.energy.max() > 0); });
     return bent;
 }
 
 }  // namespace
 
-std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
-                                        std::span<const EdgePath> paths, const Bands& model,
-                                        const Vec3& source, const Vec3& listener, bool has_moved,
-                                        TapMemory& memory,
-                                        const std::optional<SpecularPath>& through_walls) {
+std::vector<SoundPath> followed_taps(const EdgePaths& edge_paths, std::span<const EdgePath> paths,
+                                     const Bands& model, const Vec3& source, const Vec3& listener,
+                                     bool has_moved, TapMemory& memory,
+                                     const std::optional<SoundPath>& through_walls) {
     const Bands before = memory.levels.energy();
     const Bands& energy = memory.levels.follow(source, listener, model, has_moved);
     const bool is_straight = paths.size() == 1 && paths[0].edges.empty() && paths[0].is_plain;
     if (memory.levels.is_exact() && !through_walls && (paths.empty() || is_straight)) return {};
-    std::vector<SpecularPath> taps;
+    std::vector<SoundPath> taps;
     if (!paths.empty()) {
         taps = edge_paths.taps(paths, memory.primary);
         if (through_walls) taps.push_back(*through_walls);
@@ -72,7 +70,7 @@ std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
         taps = memory.taps;
         scale(taps, before, energy);
     }
-    std::stable_sort(taps.begin(), taps.end(), [](const SpecularPath& a, const SpecularPath& b) {
+    std::stable_sort(taps.begin(), taps.end(), [](const SoundPath& a, const SoundPath& b) {
         return a.length_m < b.length_m;
     });
     return taps;

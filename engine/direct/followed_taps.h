@@ -13,10 +13,9 @@ namespace aula {
 /// and LevelFollower. `model` is the mean energy of all without the directivity of the source,
 /// `has_moved` that of LevelFollower::follow. The taps of the last frame, memory.taps, fade out
 /// where all paths have vanished; the caller updates them. Empty for a straight path without edges.
-std::vector<SpecularPath> followed_taps(const EdgePaths& edge_paths,
-                                        std::span<const EdgePath> paths, const Bands& model,
-                                        const Vec3& source, const Vec3& listener, bool has_moved,
-                                        TapMemory& memory,
-                                        const std::optional<SpecularPath>& through_walls = {});
+std::vector<SoundPath> followed_taps(const EdgePaths& edge_paths, std::span<const EdgePath> paths,
+                                     const Bands& model, const Vec3& source, const Vec3& listener,
+                                     bool has_moved, TapMemory& memory,
+                                     const std::optional<SoundPath>& through_walls = {});
 
 }  // namespace aula

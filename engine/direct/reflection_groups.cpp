@@ -93,7 +93,7 @@ EdgePath ReflectionGroups::image_path(const ScenePlanes::Plane& plane, const glm
     return path;
 }
 
-void ReflectionGroups::complete(std::vector<SpecularPath>& paths, const Vec3& source,
+void ReflectionGroups::complete(std::vector<SoundPath>& paths, const Vec3& source,
                                 const Vec3& listener, const FirstOrderImages& images,
                                 const OrientedDirectivity& directivity,
                                 const Bands& attenuation_per_m, bool has_moved,
@@ -109,7 +109,7 @@ void ReflectionGroups::complete(std::vector<SpecularPath>& paths, const Vec3& so
     memory.is_first = false;
     auto groups = groups_of(images.planes, from, to, memory.bent);
     Bands total;
-    for (const SpecularPath& path : paths) total += path.energy;
+    for (const SoundPath& path : paths) total += path.energy;
     for (ReflectedEdgePath& found :
          reflected_.find(from, to, images.planes, images.order > 1, directivity, attenuation_per_m,
                          total, has_moved, of_pair)) {
@@ -120,8 +120,8 @@ void ReflectionGroups::complete(std::vector<SpecularPath>& paths, const Vec3& so
     for (const auto& [plane, _] : memory.by_plane) groups.try_emplace(plane);
     for (auto& [plane, group] : groups) {
         const std::uint64_t id = images.ids[plane];
-        const auto image = std::find_if(paths.begin(), paths.end(), [&](const SpecularPath& path) {
-            return path.order == 1 && path.id == id;
+        const auto image = std::find_if(paths.begin(), paths.end(), [&](const SoundPath& path) {
+            return path.kind == SoundPath::Kind::image && path.key == id;
         });
         const bool is_found = image != paths.end();
         if (group.is_audible.value_or(is_found)) {
@@ -160,13 +160,14 @@ void ReflectionGroups::complete(std::vector<SpecularPath>& paths, const Vec3& so
             continue;
         }
         if (is_found) paths.erase(image);
-        for (SpecularPath tap : heard.taps) {
+        for (SoundPath tap : heard.taps) {
             tap.order = std::max(1, tap.order);
-            tap.id = tap.id == 0 ? id : derive_seed(id, tap.id);
+            if (tap.kind == SoundPath::Kind::direct) tap.kind = SoundPath::Kind::image;
+            tap.key = tap.key == SoundPath::kMain ? id : derive_seed(id, tap.key);
             paths.push_back(std::move(tap));
         }
     }
-    std::stable_sort(paths.begin(), paths.end(), [](const SpecularPath& a, const SpecularPath& b) {
+    std::stable_sort(paths.begin(), paths.end(), [](const SoundPath& a, const SoundPath& b) {
         return a.length_m < b.length_m;
     });
 }

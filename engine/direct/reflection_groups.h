@@ -40,7 +40,7 @@ class ReflectionGroups {
     /// `paths`, which are ordered by ascending length. `memory` holds the edges' terms of the
     /// frame; `has_moved`: an object has moved. Energies follow those of the model; see
     /// LevelFollower.
-    void complete(std::vector<SpecularPath>& paths, const Vec3& source, const Vec3& listener,
+    void complete(std::vector<SoundPath>& paths, const Vec3& source, const Vec3& listener,
                   const FirstOrderImages& images, const OrientedDirectivity& directivity,
                   const Bands& attenuation_per_m, bool has_moved, PairMemory& memory) const;
 

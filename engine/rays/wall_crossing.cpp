@@ -14,6 +14,9 @@ namespace aula {
 
 namespace {
 
+/// Of the path: those of others are hashes, or kMain.
+constexpr std::uint64_t kKey = 1;
+
 /// The middle of the spindle has the radius of the first Fresnel zone at this wavelength, 1 kHz.
 constexpr float kWavelength_m = 0.343F;
 constexpr std::size_t kLines = kLanes;
@@ -204,21 +207,21 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
     return share;
 }
 
-std::optional<SpecularPath> path_through_walls(const RayScene& scene, const Vec3& source,
-                                               const Vec3& listener,
-                                               const Bands& attenuation_per_m) {
+std::optional<SoundPath> path_through_walls(const RayScene& scene, const Vec3& source,
+                                            const Vec3& listener, const Bands& attenuation_per_m) {
     const Bands share = share_through_walls(scene, source, listener);
     if (!(share.max() > 0)) return std::nullopt;
     const Vec3 offset = source - listener;
     const float length_m = glm::length(offset);
     const float d_m = std::max(length_m, static_cast<float>(kNearest_m));
-    SpecularPath path;
+    SoundPath path;
+    path.kind = SoundPath::Kind::through_walls;
+    path.key = kKey;
     path.length_m = length_m;
     path.direction = near_direction(glm::dvec3(offset));
     path.departure = -path.direction;
     path.energy = share * transmission(attenuation_per_m, length_m) *
                   (1 / (4 * std::numbers::pi_v<float> * d_m * d_m));
-    path.id = SpecularPath::kThroughWalls;
     return path;
 }
 

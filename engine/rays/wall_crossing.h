@@ -59,8 +59,7 @@ void find_wall_exits(const RayScene& scene, std::span<const WallEntry> entries,
 Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3& listener);
 
 /// The direct sound through walls, with that share; none if it is zero.
-std::optional<SpecularPath> path_through_walls(const RayScene& scene, const Vec3& source,
-                                               const Vec3& listener,
-                                               const Bands& attenuation_per_m);
+std::optional<SoundPath> path_through_walls(const RayScene& scene, const Vec3& source,
+                                            const Vec3& listener, const Bands& attenuation_per_m);
 
 }  // namespace aula

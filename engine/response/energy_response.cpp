@@ -56,7 +56,7 @@ void EnergyResponse::clear_bins() {
 double EnergyResponse::total(std::size_t band) const {
     double sum = 0;
     for (const Bands& e : energy) sum += double{e[band]};
-    for (const SpecularPath& p : paths) {
+    for (const SoundPath& p : paths) {
         if (arrival_s(p) < bins.length_s()) sum += double{p.energy[band]};
     }
     return sum;
@@ -91,7 +91,7 @@ std::vector<Bands> EnergyResponse::uniform(double width_s) const {
             }
         }
     }
-    for (const SpecularPath& p : paths) {
+    for (const SoundPath& p : paths) {
         const double t = arrival_s(p);
         if (t < bins.length_s()) {
             out[std::min(static_cast<std::size_t>(units(t)), count - 1)] += p.energy;

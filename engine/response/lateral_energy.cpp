@@ -143,7 +143,7 @@ std::array<LateralParameters, kBandCount> lateral_parameters(const EnergyRespons
         add(early_cosine, lateral * magnitude, energy);
         add(late_lateral, overlap(begin_s, end_s, kEarly_s, infinity) * square, energy);
     }
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         const double time_s = response.arrival_s(path) - zero_s;
         if (response.arrival_s(path) >= response.bins.length_s()) continue;
         const double cosine = std::abs(double{glm::dot(path.direction, axis)});

@@ -26,7 +26,7 @@ Bands decay_time_s(const Bands& attenuation_per_m, double speed_of_sound_m_s,
 
 double time_zero_s(const EnergyResponse& response) {
     double first_path_s = response.bins.length_s();
-    for (const SpecularPath& p : response.paths) {
+    for (const SoundPath& p : response.paths) {
         const double arrival_s = response.arrival_s(p);
         if (arrival_s >= response.bins.length_s()) continue;
         if (p.order == 0) return arrival_s;

@@ -54,7 +54,7 @@ double modulation_transfer(const EnergyResponse& response, std::size_t band, dou
                std::polar(1.0, -omega * (begin_s + half_s));
         total += energy;
     }
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         const double arrival_s = response.arrival_s(path);
         if (arrival_s >= response.bins.length_s()) continue;
         sum += double{path.energy[band]} * std::polar(1.0, -omega * arrival_s);

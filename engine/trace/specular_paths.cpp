@@ -275,11 +275,12 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
     if (direct && scene_.visible(listener, source)) {
         const Point offset = Point(source) - Point(listener);
         const double length_m = glm::length(offset);
-        sound.paths.push_back({.order = 0,
+        sound.paths.push_back({.kind = SoundPath::Kind::direct,
+                               .order = 0,
                                .length_m = static_cast<float>(length_m),
                                .direction = near_direction(offset),
                                .energy = spread_over(length_m, attenuation_per_m),
-                               .id = 0,
+                               .key = SoundPath::kMain,
                                .departure = -near_direction(offset)});
     }
     std::vector<SpecularSound> found(workers ? static_cast<std::size_t>(workers->threads()) : 1);
@@ -292,9 +293,9 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
         sound.tried.insert(sound.tried.end(), images.tried.begin(), images.tried.end());
     }
     std::sort(sound.tried.begin(), sound.tried.end());
-    const auto rank = [](const SpecularPath& p) { return std::tie(p.length_m, p.order, p.id); };
+    const auto rank = [](const SoundPath& p) { return std::tie(p.length_m, p.order, p.key); };
     std::sort(sound.paths.begin(), sound.paths.end(),
-              [&](const SpecularPath& a, const SpecularPath& b) { return rank(a) < rank(b); });
+              [&](const SoundPath& a, const SoundPath& b) { return rank(a) < rank(b); });
     return sound;
 }
 
@@ -332,11 +333,12 @@ SpecularSound SpecularPaths::find_images(const Vec3& source, const Vec3& listene
     for (const Probe& found : probes) {
         const Point offset = image_of(Point(source), found.planes) - Point(listener);
         const double length_m = glm::length(offset);
-        sound.paths.push_back({.order = static_cast<int>(found.order),
+        sound.paths.push_back({.kind = SoundPath::Kind::image,
+                               .order = static_cast<int>(found.order),
                                .length_m = static_cast<float>(length_m),
                                .direction = near_direction(offset),
                                .energy = found.energy * spread_over(length_m, attenuation_per_m),
-                               .id = found.image,
+                               .key = found.image,
                                .departure = -near_direction(towards_source(offset, found.planes))});
     }
     return sound;

@@ -18,7 +18,7 @@ namespace aula {
 
 /// The direct sound and image sources that are audible at a listener from a source.
 struct SpecularSound {
-    std::vector<SpecularPath> paths;  ///< by ascending length
+    std::vector<SoundPath> paths;  ///< by ascending length
 
     /// ImageTransform::key of every image above listed_order() that was tried, ascending. Rays
     /// along these paths do not count, whether or not the image is audible.
@@ -80,7 +80,7 @@ class SpecularPaths {
 
     const ScenePlanes& planes() const { return planes_; }
 
-    /// [plane] SpecularPath::id of the path with one reflection at a plane.
+    /// [plane] SoundPath::id of the path with one reflection at a plane.
     std::span<const std::uint64_t> first_order_ids() const { return first_order_ids_; }
 
     /// The direct sound, if `direct` and visible, and the reflections. The energy in each band is

@@ -267,8 +267,14 @@ TEST_CASE("a reference ends at its number of rays or its CPU time") {
 TEST_CASE(
     "reflected sound is measured in bins of 10 ms, with image sources, without direct sound") {
     EnergyResponse response = arrival_at(0.123, 2, Vec3(0, 1, 0));
-    response.paths.push_back({0, 34.32F, Vec3(1, 0, 0), Bands::filled(1), 0});
-    response.paths.push_back({1, 70.35F, Vec3(1, 0, 0), Bands::filled(1), 5});  // 205 ms
+    response.paths.push_back(
+        {.length_m = 34.32F, .direction = Vec3(1, 0, 0), .energy = Bands::filled(1)});
+    response.paths.push_back({.kind = SoundPath::Kind::image,
+                              .order = 1,
+                              .length_m = 70.35F,
+                              .direction = Vec3(1, 0, 0),
+                              .energy = Bands::filled(1),
+                              .key = 5});  // 205 ms
     const std::vector<double> energy = estimated_energy(response);
     REQUIRE(energy.size() == 50);
     double sum = 0;

@@ -65,7 +65,7 @@ TEST_CASE("a microphone 1 m outside a closed box hears nothing of a source in it
             propagation.step({0, {source}, {listener}});
             const EnergyResponse& response = propagation.response(0);
             for (const Bands& bin : response.energy) energy = std::max(energy, bin.max());
-            for (const SpecularPath& path : response.paths)
+            for (const SoundPath& path : response.paths)
                 energy = std::max(energy, path.energy.max());
         }
         return energy;

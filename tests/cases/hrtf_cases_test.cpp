@@ -25,7 +25,7 @@ std::array<double, 2> ear_levels_db(const std::string& file) {
     Propagation propagation(scene, scene.simulation);
     propagation.step(
         {.sources = {scene.sources[0].position_at(0)}, .listeners = {listener.position}});
-    const SpecularPath& path = propagation.response(0).paths.at(0);
+    const SoundPath& path = propagation.response(0).paths.at(0);
     SourceSound sound;
     sound.direct = path_of(480, 1, {path.direction.x, path.direction.y, path.direction.z});
     HeadRotation head;

@@ -24,7 +24,7 @@ const Vec3 kListener(3.7F, 2.9F, 1.2F);
 double all_between(const EnergyResponse& response, double begin_s, double end_s,
                    std::size_t band = 0) {
     double sum = test::energy_between(response, begin_s, end_s, band);
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         const double t = response.arrival_s(path);
         if (t >= begin_s && t < end_s) sum += double{path.energy[band]};
     }
@@ -273,9 +273,9 @@ TEST_CASE("a restart removes discovered image sources and traces different chain
     const auto first_paths = [&](std::uint64_t seed) {
         propagation.restart(seed);
         propagation.step(test::static_input(scene));
-        std::vector<std::uint64_t> ids;
-        for (const SpecularPath& path : propagation.response(0).paths) ids.push_back(path.id);
-        return ids;
+        std::vector<std::uint64_t> keys;
+        for (const SoundPath& path : propagation.response(0).paths) keys.push_back(path.key);
+        return keys;
     };
     const auto one = first_paths(1);
     for (int frame = 0; frame < 5; ++frame) propagation.step(test::static_input(scene));

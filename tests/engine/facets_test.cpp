@@ -29,7 +29,7 @@ test::Estimate reflected(const Scene& scene, const Simulation& simulation, bool 
                 energy += simulation.estimator == Estimator::pt ? bins / 4 : bins;
             }
         }
-        for (const SpecularPath& path : propagation.response(0).paths) {
+        for (const SoundPath& path : propagation.response(0).paths) {
             energy += double{path.energy[0]};
         }
         samples.push_back(energy);
@@ -80,7 +80,7 @@ TEST_CASE("the edges of a facet do not diffract a reflection without an image so
         Propagation propagation(scene, simulation);
         for (int f = 0; f < 20; ++f) propagation.step(test::static_input(scene));
         int count = 0;
-        for (const SpecularPath& path : propagation.response(0).paths) count += path.order > 0;
+        for (const SoundPath& path : propagation.response(0).paths) count += path.order > 0;
         return count;
     };
     CHECK(bent_reflections(0.015F) == 0);  // 0.009 m2

@@ -235,7 +235,7 @@ TEST_CASE("a faceted sphere reflects as the smooth one, 1 / (4 pi (p + q + 2 p q
                 if (estimator == Estimator::pt) energy += total(propagation.response(0)) / 10;
             }
             if (estimator == Estimator::patch) energy = total(propagation.response(0));
-            for (const SpecularPath& path : propagation.response(0).paths) {
+            for (const SoundPath& path : propagation.response(0).paths) {
                 energy += double{path.energy[0]};
             }
             samples.push_back(energy);

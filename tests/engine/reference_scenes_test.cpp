@@ -110,7 +110,7 @@ class DirectLevels {
     std::vector<double> operator()(const aula::Vec3& source, const aula::Vec3& listener) {
         propagation_.step({.sources = {source}, .listeners = {listener}});
         Bands sum;
-        for (const aula::SpecularPath& path : propagation_.response(0).paths) {
+        for (const aula::SoundPath& path : propagation_.response(0).paths) {
             if (path.order == 0) sum += path.energy;
         }
         const double distance_m = double{glm::distance(source, listener)};
@@ -123,7 +123,7 @@ class DirectLevels {
     }
 
     /// Those of the last call.
-    const std::vector<aula::SpecularPath>& paths() const { return propagation_.response(0).paths; }
+    const std::vector<aula::SoundPath>& paths() const { return propagation_.response(0).paths; }
 
  private:
     aula::Propagation propagation_;
@@ -325,7 +325,7 @@ TEST_CASE("reference: a smooth box has exactly the image sources' arrivals") {
     const double pi = std::acos(-1.0);
     for (std::size_t i = 0; i < arrivals.size(); ++i) {
         const auto row = arrivals[i].get<std::vector<double>>();
-        const aula::SpecularPath& path = e.paths[i];
+        const aula::SoundPath& path = e.paths[i];
         INFO("arrival " << i << " of order " << row[0] << " after " << row[1] << " m");
         CHECK(path.order == static_cast<int>(row[0]));
         CHECK(double{path.length_m} == Approx(row[1]).margin(r.tolerance("length_m")));
@@ -370,7 +370,7 @@ TEST_CASE("reference: direct sound bends around a half plane, corners and into a
             if (is_lit) continue;
             // The formula of Kurze and Anderson for barriers.
             double bent_m = 1e9;
-            for (const aula::SpecularPath& path : levels.paths()) {
+            for (const aula::SoundPath& path : levels.paths()) {
                 if (path.order == 0) bent_m = std::min(bent_m, double{path.length_m});
             }
             const double detour_m =

@@ -138,7 +138,7 @@ TEST_CASE("image sources in a box have the directivity mirrored in their planes"
         return energy;
     };
     std::array<std::array<double, kBandCount>, 4> found{};
-    for (const SpecularPath& path : propagation.response(0).paths) {
+    for (const SoundPath& path : propagation.response(0).paths) {
         REQUIRE(path.order <= 3);
         for (std::size_t b = 0; b < kBandCount; ++b)
             found[static_cast<std::size_t>(path.order)][b] += double{path.energy[b]};
@@ -178,7 +178,7 @@ TEST_CASE("sound that bends around an edge has the directivity towards the edge"
         Propagation propagation(scene, scene.simulation);
         propagation.step(test::static_input(scene));
         Bands sum;
-        for (const SpecularPath& path : propagation.response(0).paths) sum += path.energy;
+        for (const SoundPath& path : propagation.response(0).paths) sum += path.energy;
         return sum;
     };
     const Vec3 behind(2, -1, 0.3F);
@@ -258,7 +258,7 @@ TEST_CASE("in the first reflections a source that faces a wall differs from one 
         return test::estimate(
             test::restarts(propagation, scene, 16, 3, [](const EnergyResponse& r) {
                 double paths = 0;
-                for (const SpecularPath& path : r.paths)
+                for (const SoundPath& path : r.paths)
                     if (r.arrival_s(path) < 0.03) paths += double{path.energy[6]};
                 return paths + test::energy_between(r, 0, 0.03, 6);
             }));

@@ -152,7 +152,7 @@ TEST_CASE("image sources observe the limit of the reflection order") {
         Propagation propagation(scene, simulation);
         propagation.step(test::static_input(scene));
         int highest = 0;
-        for (const SpecularPath& path : propagation.response(0).paths) {
+        for (const SoundPath& path : propagation.response(0).paths) {
             highest = std::max(highest, path.order);
         }
         CHECK(highest == (order == 0 ? 3 : order));

@@ -29,7 +29,7 @@ struct Record {
     void add(const EnergyResponse& response) {
         energy.insert(energy.end(), response.energy.begin(), response.energy.end());
         intensity.insert(intensity.end(), response.intensity.begin(), response.intensity.end());
-        for (const SpecularPath& path : response.paths) paths.push_back(path.energy);
+        for (const SoundPath& path : response.paths) paths.push_back(path.energy);
     }
     void add_all(const Propagation& propagation, std::size_t listeners) {
         for (std::size_t s = 0; s < propagation.source_count(); ++s)

@@ -98,21 +98,21 @@ TEST_CASE("the door of the shipped scene muffles while it is shut") {
     const Vec3 source = scene.sources[0].position_at(0);
     const Vec3 in_door(4.1F, 2.2F, 1.1F);
     const Vec3 listener = source + 2.0F * (in_door - source);
-    const auto levels_db = [&](double time_s, std::uint64_t id) {
+    const auto levels_db = [&](double time_s, SoundPath::Kind kind) {
         Propagation propagation(scene, scene.simulation);
         propagation.step({time_s, {source}, {listener}});
         std::array<double, kBandCount> levels{};
-        for (const SpecularPath& path : propagation.response(0).paths) {
-            if (path.id != id) continue;
+        for (const SoundPath& path : propagation.response(0).paths) {
+            if (path.kind != kind) continue;
             for (std::size_t b = 0; b < kBandCount; ++b) {
                 levels[b] = 10 * std::log10(double{path.energy[b]});
             }
         }
         return levels;
     };
-    const auto open_db = levels_db(1, 0);
-    const auto shut_db = levels_db(5, SpecularPath::kThroughWalls);
-    CHECK(levels_db(5, 0)[0] == 0);  // nothing is in sight
+    const auto open_db = levels_db(1, SoundPath::Kind::direct);
+    const auto shut_db = levels_db(5, SoundPath::Kind::through_walls);
+    CHECK(levels_db(5, SoundPath::Kind::direct)[0] == 0);  // nothing is in sight
     // A hollow wooden door; the share of its scattering leaves it in all directions. The wall
     // beside it blocks a part of the first Fresnel zone, the same in all bands.
     constexpr std::array kReduction_db{10, 14, 19, 23, 18, 17, 21, 24};

@@ -351,7 +351,7 @@ TEST_CASE("nothing passes an opaque wall behind a wall that transmits, for every
         propagation.step(before);
         CHECK(propagation.response(0).total(4) > 0);
         REQUIRE(propagation.response(0).paths.size() == 1);
-        CHECK(propagation.response(0).paths[0].id == SpecularPath::kThroughWalls);
+        CHECK(propagation.response(0).paths[0].kind == SoundPath::Kind::through_walls);
     }
 }
 

@@ -188,8 +188,8 @@ TEST_CASE("an infinite wall of one face or two radiates what it transmits diffus
         Propagation propagation(scene, simulation);
         const EnergyResponse e = test::mean_response(propagation, scene, 8);
         REQUIRE(propagation.response(0).paths.size() == 1);
-        const SpecularPath& path = propagation.response(0).paths[0];
-        CHECK(path.id == SpecularPath::kThroughWalls);
+        const SoundPath& path = propagation.response(0).paths[0];
+        CHECK(path.kind == SoundPath::Kind::through_walls);
         CHECK(path.length_m == Approx(distance_m).epsilon(1e-6));
         for (std::size_t b = 0; b < kBandCount; ++b) {
             const double s = double{wall.scattering[b]};
@@ -292,8 +292,8 @@ TEST_CASE("reference: two walls reduce the direct sound by both sound reductions
         const Vec3 listener = at(c.at("listener"));
         propagation.step({.sources = {source}, .listeners = {listener}});
         REQUIRE(propagation.response(0).paths.size() == 1);
-        const SpecularPath& path = propagation.response(0).paths[0];
-        CHECK(path.id == SpecularPath::kThroughWalls);
+        const SoundPath& path = propagation.response(0).paths[0];
+        CHECK(path.kind == SoundPath::Kind::through_walls);
         const Vec3 offset = listener - source;
         const double free = 1 / (4 * std::numbers::pi * double{glm::dot(offset, offset)});
         for (std::size_t b = 0; b < kBandCount; ++b) {

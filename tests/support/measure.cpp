@@ -56,7 +56,7 @@ std::string fault(const EnergyResponse& response) {
         }
     }
     for (std::size_t i = 0; i < response.paths.size(); ++i) {
-        const SpecularPath& path = response.paths[i];
+        const SoundPath& path = response.paths[i];
         const std::string place = " of path " + std::to_string(i);
         if (bad(path.energy)) return "energy negative or not finite" + place;
         if (!(path.length_m >= 0) || !std::isfinite(path.length_m)) return "bad length" + place;
@@ -67,9 +67,9 @@ std::string fault(const EnergyResponse& response) {
 }
 
 bool same_bits(const EnergyResponse& a, const EnergyResponse& b) {
-    const auto same_path = [](const SpecularPath& p, const SpecularPath& q) {
+    const auto same_path = [](const SoundPath& p, const SoundPath& q) {
         return p.order == q.order && p.length_m == q.length_m && p.direction == q.direction &&
-               p.energy == q.energy && p.id == q.id && p.edges == q.edges;
+               p.energy == q.energy && p.key == q.key && p.edges == q.edges;
     };
     return a.energy == b.energy && a.intensity == b.intensity &&
            std::equal(a.paths.begin(), a.paths.end(), b.paths.begin(), b.paths.end(), same_path);

@@ -32,7 +32,7 @@ TEST_CASE("A decay curve falls as the response does") {
 
 TEST_CASE("An energy curve separates the binned energy from the discrete arrivals") {
     EnergyResponse response = decaying();
-    SpecularPath direct;
+    SoundPath direct;
     direct.length_m = 3.432F;
     direct.energy = Bands::filled(0.5F);
     response.paths = {direct};

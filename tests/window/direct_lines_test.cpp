@@ -7,9 +7,12 @@ using namespace aula;
 
 namespace {
 
-SpecularPath path_of(std::uint64_t id, std::vector<Vec3> apexes, float energy) {
-    SpecularPath path;
-    path.id = id;
+using Kind = SoundPath::Kind;
+
+SoundPath path_of(Kind kind, std::uint64_t key, std::vector<Vec3> apexes, float energy) {
+    SoundPath path;
+    path.kind = kind;
+    path.key = key;
     path.edges = static_cast<int>(apexes.size());
     path.apexes = std::move(apexes);
     path.energy = Bands::filled(energy);
@@ -20,9 +23,11 @@ SpecularPath path_of(std::uint64_t id, std::vector<Vec3> apexes, float energy) {
 
 TEST_CASE("Direct lines lead over the apexes, and their opacity follows the level") {
     EnergyResponse response;
-    response.paths = {path_of(0, {{1, 1, 0}, {2, 1, 0}}, 1), path_of(7, {{1, 0, 1}}, 0.01F),
-                      path_of(1, {}, 1e-9F), path_of(8, {{1, 0, -1}}, 0)};
-    SpecularPath reflection = path_of(9, {}, 5);
+    response.paths = {path_of(Kind::bent, SoundPath::kMain, {{1, 1, 0}, {2, 1, 0}}, 1),
+                      path_of(Kind::bent, 7, {{1, 0, 1}}, 0.01F),
+                      path_of(Kind::through_walls, 1, {}, 1e-9F),
+                      path_of(Kind::bent, 8, {{1, 0, -1}}, 0)};
+    SoundPath reflection = path_of(Kind::image, 9, {}, 5);
     reflection.order = 1;
     response.paths.push_back(reflection);
     const auto lines = direct_lines(response, {0, 0, 0}, {3, 0, 0});
@@ -45,13 +50,13 @@ TEST_CASE("Direct lines lead over the apexes, and their opacity follows the leve
 TEST_CASE("The direct sound is described by its primary path, or by the one through walls") {
     EnergyResponse response;
     CHECK(direct_sound_text(response) == "not in sight");
-    response.paths = {path_of(1, {}, 1)};
+    response.paths = {path_of(Kind::through_walls, 1, {}, 1)};
     CHECK(direct_sound_text(response) == "through walls");
-    response.paths.push_back(path_of(0, {{1, 0, 0}, {2, 0, 0}}, 1));
+    response.paths.push_back(path_of(Kind::bent, SoundPath::kMain, {{1, 0, 0}, {2, 0, 0}}, 1));
     CHECK(direct_sound_text(response) == "around 2 edges");
-    response.paths[1] = path_of(0, {{1, 0, 0}}, 1);
+    response.paths[1] = path_of(Kind::bent, SoundPath::kMain, {{1, 0, 0}}, 1);
     CHECK(direct_sound_text(response) == "around an edge");
-    response.paths[1] = path_of(0, {}, 1);
+    response.paths[1] = path_of(Kind::direct, SoundPath::kMain, {}, 1);
     CHECK(direct_sound_text(response) == "in sight");
     response.paths[1].order = 1;
     CHECK(direct_sound_text(response) == "through walls");

@@ -12,11 +12,11 @@ FrameView view_at(std::uint64_t frame, float x_m, float pressure) {
     FrameView view;
     view.frame = frame;
     view.listener.position = {x_m, 0, 0};
-    SpecularPath path;
+    SoundPath path;
     // The squared pressure of a fluence is 4 pi times as large.
     path.energy = Bands::filled(pressure * pressure / (8 * std::numbers::pi_v<float>));
     view.response.paths = {path, path, path};
-    view.response.paths[1].id = 3;
+    view.response.paths[1].key = 3;
     view.response.paths[2].order = 1;
     return view;
 }

@@ -227,12 +227,9 @@ class Options {
 
     void add_sound() {
         SessionOptions& session = arguments_.session;
-        choice<OutputFormat>("--output",
-                             {{"binaural", OutputFormat::binaural},
-                              {"mono", OutputFormat::mono},
-                              {"foa", OutputFormat::foa},
-                              {"toa", OutputFormat::toa}},
-                             [&](OutputFormat o) { session.output = o; });
+        std::vector<std::pair<std::string, OutputFormat>> outputs;
+        for (const auto& [name, format] : kOutputFormats) outputs.emplace_back(name, format);
+        choice<OutputFormat>("--output", outputs, [&](OutputFormat o) { session.output = o; });
         integer<int>("--ambisonic-order", 1, kHighestAmbisonicOrder,
                      [&](int order) { session.ambisonic_order = order; });
         app_.add_flag("--half-precision-tail", session.half_precision_tail);

@@ -47,7 +47,7 @@ BinRange audible_bins(std::span<const double> reference) {
 
 std::vector<double> estimated_energy(const EnergyResponse& response) {
     EnergyResponse found = response;
-    std::erase_if(found.paths, [](const SpecularPath& path) { return path.order == 0; });
+    std::erase_if(found.paths, [](const SoundPath& path) { return path.order == 0; });
     const std::vector<Bands> uniform = found.uniform(kBin_s);
     // The last bin may be longer than the response.
     const auto whole = static_cast<std::size_t>(response.bins.length_s() / kBin_s + 1e-6);
@@ -71,7 +71,7 @@ std::vector<Vec3> estimated_direction(const EnergyResponse& response) {
                          static_cast<float>((end_s - begin_s) / (bins.end_s(i) - bins.begin_s(i)));
         }
     }
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         const auto group = static_cast<std::size_t>(response.arrival_s(path) / kGroup_s);
         if (path.order == 0 || group >= groups.size()) continue;
         groups[group] += path.energy.sum() * path.direction;

@@ -62,7 +62,7 @@ void Reference::add_image_sources() {
             sound = paths_->find(emitter_, receivers_[r], false, attenuation_per_m_);
             if (paths_->listed_order() == order) break;
         }
-        for (const SpecularPath& path : sound.paths) {
+        for (const SoundPath& path : sound.paths) {
             const std::size_t bin = bin_of(path.length_m);
             if (bin < bin_count_) images_[r * bin_count_ + bin] += double{path.energy.sum()};
         }

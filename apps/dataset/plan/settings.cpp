@@ -16,12 +16,6 @@ namespace aula {
 
 namespace {
 
-const std::array<std::pair<const char*, OutputFormat>, 4> kFormats{
-    {{"mono", OutputFormat::mono},
-     {"foa", OutputFormat::foa},
-     {"toa", OutputFormat::toa},
-     {"binaural", OutputFormat::binaural}}};
-
 /// Text of one line.
 std::string read_line(const JsonReader& json, const char* expected) {
     constexpr std::size_t kLongest = 1000;  // an attribute of HDF5 has at most 64 KiB
@@ -95,7 +89,7 @@ void read_output(const JsonReader& json, DatasetSettings& settings) {
               [&](const JsonReader& x) { settings.sample_rate_hz = x.integer(8000, 192'000); });
     json.read("format", [&](const JsonReader& x) {
         const std::string name = x.string("the name of a format");
-        for (const auto& [known, format] : kFormats) {
+        for (const auto& [known, format] : kOutputFormats) {
             if (name != known) continue;
             settings.format = format;
             return;
@@ -141,7 +135,7 @@ DatasetSettings read_settings(const JsonReader& root) {
 }
 
 std::string format_name(OutputFormat format) {
-    for (const auto& [name, known] : kFormats)
+    for (const auto& [name, known] : kOutputFormats)
         if (known == format) return name;
     return {};
 }

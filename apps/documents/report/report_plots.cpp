@@ -66,7 +66,7 @@ std::string echogram_svg(const EnergyResponse& response) {
         points.emplace_back(time_ms + 1000 * kStep_s, level_db);
         highest_db = std::max(highest_db, level_db);
     }
-    for (const SpecularPath& path : response.paths)
+    for (const SoundPath& path : response.paths)
         highest_db = std::max(highest_db, strength_db(path.energy[kBand]));
     const double top_db = 5 * std::ceil(highest_db / 5 + 0.2);
     const double begin_ms = 1000 * kStep_s * static_cast<double>(first);
@@ -83,7 +83,7 @@ std::string echogram_svg(const EnergyResponse& response) {
         {{2, "#0072b2", "order 2 on"}, {1, "#d55e00", "order 1"}, {0, "#000000", "direct"}}};
     for (const Kind& kind : kKinds) {
         std::string name = kind.name;
-        for (const SpecularPath& path : response.paths) {
+        for (const SoundPath& path : response.paths) {
             if (std::min(path.order, 2) != kind.order) continue;
             plot.stem({1000 * response.arrival_s(path), strength_db(path.energy[kBand])},
                       kind.colour, name);

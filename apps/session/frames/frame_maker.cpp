@@ -189,8 +189,8 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
 
 double FrameMaker::longest_delay_s(std::uint64_t id) const {
     double longest_s = 0;
-    const auto add = [&](const Voice& voice, const std::vector<SpecularPath>& paths) {
-        for (const SpecularPath& path : paths)
+    const auto add = [&](const Voice& voice, const std::vector<SoundPath>& paths) {
+        for (const SoundPath& path : paths)
             longest_s = std::max(longest_s, voice.trajectory.delay_s(
                                                 path, static_cast<double>(speed_of_sound_m_s_)));
     };
@@ -218,12 +218,12 @@ std::optional<HeardSound> FrameMaker::sound(std::uint64_t id, std::size_t listen
 }
 
 bool FrameMaker::visible(std::uint64_t id, std::size_t listener) const {
-    const auto is_straight = [](const SpecularPath& path) {
-        return path.order == 0 && path.edges == 0 && path.id == 0;
+    const auto is_straight = [](const SoundPath& path) {
+        return path.kind == SoundPath::Kind::direct;
     };
     for (std::size_t v = 0; v < voices_.size(); ++v) {
         if (voices_[v].state.id != id) continue;
-        const std::vector<SpecularPath>& paths = propagation_.response(v, listener).paths;
+        const std::vector<SoundPath>& paths = propagation_.response(v, listener).paths;
         return std::any_of(paths.begin(), paths.end(), is_straight);
     }
     return false;

@@ -13,11 +13,11 @@ namespace aula {
 
 namespace {
 
-DiscretePath discrete_path(const SpecularPath& path, double delay_s, float gain) {
+DiscretePath discrete_path(const SoundPath& path, double delay_s, float gain) {
     DiscretePath out;
     out.delay_s = delay_s;
     out.length_m = path.length_m;
-    out.id = path.id;
+    out.id = path.key;
     out.direction = {path.direction.x, path.direction.y, path.direction.z};
     for (std::size_t band = 0; band < kBandCount; ++band)
         out.band_gain[band] = gain * std::sqrt(squared_pressure(path.energy[band]));
@@ -40,12 +40,12 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
     SourceSound sound;
     for (std::size_t channel = 0; channel < response.channels.size(); ++channel)
         sound.ambisonics[channel] = response.channels[channel];
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         const float gain = path.order == 0 ? direct_gain : early_gain;
         const double delay_s = trajectory != nullptr ? trajectory->delay_s(path, speed_of_sound_m_s)
                                                      : double{path.length_m} / speed_of_sound_m_s;
         const DiscretePath discrete = discrete_path(path, delay_s, gain);
-        if (path.order == 0 && path.id == 0)
+        if (path.key == SoundPath::kMain)
             sound.direct = discrete;
         else
             sound.early.push_back(discrete);

@@ -51,7 +51,7 @@ glm::dvec3 SourceTrajectory::position_at(double time_s) const {
 // length: its distance from any other position of the source is the length of the path from there,
 // as long as the path keeps its walls. A path that bends around edges has its first edge in place
 // of the image; the way from there to the listener does not change.
-double SourceTrajectory::delay_s(const SpecularPath& path, double speed_of_sound_m_s) const {
+double SourceTrajectory::delay_s(const SoundPath& path, double speed_of_sound_m_s) const {
     const double length_m{path.length_m};
     const double static_s = length_m / speed_of_sound_m_s;
     const double departure = glm::length(glm::dvec3(path.departure));

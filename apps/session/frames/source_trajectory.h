@@ -22,7 +22,7 @@ class SourceTrajectory {
 
     /// Delay of a path that the newest position has, in s. That of a static source is its length
     /// over the speed of sound.
-    double delay_s(const SpecularPath& path, double speed_of_sound_m_s) const;
+    double delay_s(const SoundPath& path, double speed_of_sound_m_s) const;
 
  private:
     struct Place {

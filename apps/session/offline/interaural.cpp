@@ -115,7 +115,7 @@ Ears binaural_paths(Measurement one, const std::shared_ptr<const Hrtf>& hrtf) {
     constexpr double kFilterTail_s = 0.05;
     EnergyResponse& response = one.responses[0];
     response.clear_bins();
-    std::erase_if(response.paths, [&](const SpecularPath& path) {
+    std::erase_if(response.paths, [&](const SoundPath& path) {
         return path.order > 0 && response.arrival_s(path) >= one.length_s;
     });
     if (response.paths.empty()) return {{}, {}};

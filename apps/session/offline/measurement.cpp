@@ -43,9 +43,8 @@ constexpr const char* kTooQuiet = "more than 60 dB below its level at 1 m in eve
 bool is_silent(const EnergyResponse& response, double length_s) {
     return std::all_of(response.energy.begin(), response.energy.end(),
                        [](const Bands& energy) { return energy.sum() == 0; }) &&
-           std::all_of(response.paths.begin(), response.paths.end(), [&](const SpecularPath& path) {
-               return response.arrival_s(path) >= length_s;
-           });
+           std::all_of(response.paths.begin(), response.paths.end(),
+                       [&](const SoundPath& path) { return response.arrival_s(path) >= length_s; });
 }
 
 /// Frames of an independent window: for `dpc*` the window of the cache, limited so that enough

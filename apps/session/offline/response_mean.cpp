@@ -31,8 +31,8 @@ void ResponseMean::add(const EnergyResponse& response, double weight) {
             energy_[bin][band] += weight * static_cast<double>(response.energy[bin][band]);
         intensity_[bin] += weight * glm::dvec3(response.intensity[bin]);
     }
-    for (const SpecularPath& path : response.paths) {
-        PathSum& sum = paths_.try_emplace(path.id, PathSum{path}).first->second;
+    for (const SoundPath& path : response.paths) {
+        PathSum& sum = paths_.try_emplace(path.key, PathSum{path}).first->second;
         for (std::size_t band = 0; band < kBandCount; ++band)
             sum.energy[band] += weight * static_cast<double>(path.energy[band]);
     }
@@ -68,7 +68,7 @@ EnergyResponse ResponseMean::value() const {
     }
     std::stable_sort(
         mean.paths.begin(), mean.paths.end(),
-        [](const SpecularPath& a, const SpecularPath& b) { return a.length_m < b.length_m; });
+        [](const SoundPath& a, const SoundPath& b) { return a.length_m < b.length_m; });
     return mean;
 }
 

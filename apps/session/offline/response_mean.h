@@ -23,7 +23,7 @@ class ResponseMean {
  private:
     using Sums = std::array<double, kBandCount>;
     struct PathSum {
-        SpecularPath path;
+        SoundPath path;
         Sums energy{};
     };
 

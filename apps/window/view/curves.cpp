@@ -29,7 +29,7 @@ EnergyCurve energy_curve(const EnergyResponse& response, std::size_t band, doubl
     binned.paths.clear();
     for (const Bands& step : binned.uniform(step_s))
         curve.diffuse_db.push_back(energy_db(band_energy(step, band)));
-    for (const SpecularPath& path : response.paths)
+    for (const SoundPath& path : response.paths)
         curve.arrivals.push_back(
             {response.arrival_s(path), energy_db(band_energy(path.energy, band)), path.order});
     return curve;

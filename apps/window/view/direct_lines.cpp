@@ -18,16 +18,16 @@ constexpr float kOfOthers = 2.0F / 3;
 std::vector<DirectLine> direct_lines(const EnergyResponse& response, const Vec3& source,
                                      const Vec3& listener) {
     float loudest = 0;
-    for (const SpecularPath& path : response.paths)
+    for (const SoundPath& path : response.paths)
         if (path.order == 0) loudest = std::max(loudest, path.energy.sum());
     std::vector<DirectLine> lines;
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         if (path.order > 0 || !(path.energy.sum() > 0)) continue;
         DirectLine line{.points = {source}};
         line.points.insert(line.points.end(), path.apexes.begin(), path.apexes.end());
         line.points.push_back(listener);
-        line.is_primary = path.id == 0;
-        line.through_walls = path.id == SpecularPath::kThroughWalls;
+        line.is_primary = path.key == SoundPath::kMain;
+        line.through_walls = path.kind == SoundPath::Kind::through_walls;
         const float level_db = 10 * std::log10(path.energy.sum() / loudest);
         line.opacity = std::max(kFaintest, 1 + (1 - kFaintest) * level_db / kRange_db);
         if (!line.is_primary) line.opacity *= kOfOthers;
@@ -38,11 +38,11 @@ std::vector<DirectLine> direct_lines(const EnergyResponse& response, const Vec3&
 
 std::string direct_sound_text(const EnergyResponse& response) {
     std::string text = "not in sight";
-    for (const SpecularPath& path : response.paths) {
+    for (const SoundPath& path : response.paths) {
         if (path.order > 0) continue;
-        if (path.id == SpecularPath::kThroughWalls) text = "through walls";
-        if (path.id != 0) continue;
-        if (path.edges == 0) return "in sight";
+        if (path.kind == SoundPath::Kind::through_walls) text = "through walls";
+        if (path.key != SoundPath::kMain) continue;
+        if (path.kind == SoundPath::Kind::direct) return "in sight";
         return path.edges == 1 ? "around an edge"
                                : "around " + std::to_string(path.edges) + " edges";
     }

@@ -21,7 +21,7 @@ void LevelWalk::add(const FrameView& view) {
     Point point;
     for (std::size_t band = 0; band < kBandCount; ++band) {
         double energy = 0;
-        for (const SpecularPath& path : view.response.paths)
+        for (const SoundPath& path : view.response.paths)
             if (path.order == 0) energy += static_cast<double>(path.energy[band]);
         point.level_db[band] = energy_db(squared_pressure(energy));
     }

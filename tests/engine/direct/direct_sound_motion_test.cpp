@@ -244,7 +244,7 @@ TEST_CASE("a standing listener hears within two frames that a door has opened or
     };
     const auto level_db = [](const Propagation& propagation) {
         double energy = 1e-30;
-        for (const SpecularPath& path : direct_of(propagation.response(0)))
+        for (const SoundPath& path : direct_of(propagation.response(0)))
             energy += double{path.energy[4]};
         return 10 * std::log10(energy);
     };
@@ -295,7 +295,7 @@ TEST_CASE("a standing listener hears within two frames of 32 sources that a door
         std::vector<double> levels;
         for (std::size_t s = 0; s < scene.sources.size(); ++s) {
             Bands energy;
-            for (const SpecularPath& path : direct_of(propagation.response(s)))
+            for (const SoundPath& path : direct_of(propagation.response(s)))
                 if (path.edges > 1) energy += path.energy;
             levels.push_back(10 * std::log10(double{energy[3]} + 1e-30));
         }

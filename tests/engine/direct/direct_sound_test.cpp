@@ -40,7 +40,7 @@ TEST_CASE("all estimators have the diffracted direct sound in the first frame, w
         PairMemory memory;
         direct_sound.begin_frame(false);
         direct_sound.search(std::span(&kSource, 1), std::span(&listener, 1), std::span(&memory, 1));
-        const std::vector<SpecularPath> expected =
+        const std::vector<SoundPath> expected =
             direct_sound.find(kSource, listener, {}, room.medium.attenuation_per_m(), memory);
         REQUIRE(!expected.empty());
         CHECK((expected[0].edges == 1) == (listener == kBehindWall));
@@ -57,8 +57,9 @@ TEST_CASE("all estimators have the diffracted direct sound in the first frame, w
                     CAPTURE(estimator_name(estimator), specular, ray_count);
                     REQUIRE(direct.size() == expected.size());
                     CHECK(std::equal(direct.begin(), direct.end(), expected.begin(), same));
-                    CHECK(std::count_if(direct.begin(), direct.end(),
-                                        [](const SpecularPath& p) { return p.id == 0; }) == 1);
+                    CHECK(std::count_if(direct.begin(), direct.end(), [](const SoundPath& p) {
+                              return p.key == SoundPath::kMain;
+                          }) == 1);
                 }
             }
         }
@@ -171,7 +172,7 @@ TEST_CASE("chains of several sources are the same with any number of threads") {
         for (const auto& run : runs) run->step(input);
         for (std::size_t s = 0; s < scene.sources.size(); ++s) {
             CHECK(test::same_bits(runs[0]->response(s), runs[1]->response(s)));
-            for (const SpecularPath& path : direct_of(runs[0]->response(s)))
+            for (const SoundPath& path : direct_of(runs[0]->response(s)))
                 has_chain |= path.edges > 1;
         }
     }
@@ -198,7 +199,7 @@ std::vector<float> shares_of_free_field(const std::vector<Object>& objects) {
     Bands sum;
     Propagation propagation(scene, scene.simulation);
     propagation.step({.sources = {Vec3(-2, 0, 0)}, .listeners = {Vec3(2, 0, 0)}});
-    for (const SpecularPath& path : direct_of(propagation.response(0))) sum += path.energy;
+    for (const SoundPath& path : direct_of(propagation.response(0))) sum += path.energy;
     const Bands air = scene.medium.attenuation_per_m();
     std::vector<float> shares;
     for (std::size_t b = 0; b < kBandCount; ++b)

@@ -45,28 +45,28 @@ inline Scene divided_room() {
     return scene;
 }
 
-inline std::vector<SpecularPath> direct_of(const EnergyResponse& response) {
-    std::vector<SpecularPath> direct;
+inline std::vector<SoundPath> direct_of(const EnergyResponse& response) {
+    std::vector<SoundPath> direct;
     std::copy_if(response.paths.begin(), response.paths.end(), std::back_inserter(direct),
-                 [](const SpecularPath& path) { return path.order == 0; });
+                 [](const SoundPath& path) { return path.order == 0; });
     return direct;
 }
 
-inline Bands energy_of(const std::vector<SpecularPath>& paths) {
+inline Bands energy_of(const std::vector<SoundPath>& paths) {
     Bands sum;
-    for (const SpecularPath& path : paths) sum += path.energy;
+    for (const SoundPath& path : paths) sum += path.energy;
     return sum;
 }
 
-inline std::vector<SpecularPath> direct_of_frame_1(const Scene& scene, const Vec3& listener) {
+inline std::vector<SoundPath> direct_of_frame_1(const Scene& scene, const Vec3& listener) {
     Propagation propagation(scene, scene.simulation);
     propagation.step({.sources = {kSource}, .listeners = {listener}});
     return direct_of(propagation.response(0));
 }
 
-inline bool same(const SpecularPath& a, const SpecularPath& b) {
+inline bool same(const SoundPath& a, const SoundPath& b) {
     return a.length_m == b.length_m && a.direction == b.direction && a.energy == b.energy &&
-           a.id == b.id && a.edges == b.edges;
+           a.key == b.key && a.edges == b.edges;
 }
 
 }  // namespace aula::test

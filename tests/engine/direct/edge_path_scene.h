@@ -35,7 +35,7 @@ struct EdgePathScene {
         return paths.find(source, listener, Bands{}, memory);
     }
 
-    std::vector<SpecularPath> taps(const Vec3& source, const Vec3& listener) const {
+    std::vector<SoundPath> taps(const Vec3& source, const Vec3& listener) const {
         PairMemory memory;
         return paths.taps(paths.find(source, listener, Bands{}, memory), memory.primary);
     }
@@ -55,7 +55,7 @@ struct EdgePathScene {
     /// The same of the energy of all taps.
     Levels energy_db(const Vec3& source, const Vec3& listener) const {
         Bands sum;
-        for (const SpecularPath& tap : taps(source, listener)) sum += tap.energy;
+        for (const SoundPath& tap : taps(source, listener)) sum += tap.energy;
         const double d = double{glm::distance(source, listener)};
         Levels level;
         for (std::size_t b = 0; b < kBandCount; ++b)

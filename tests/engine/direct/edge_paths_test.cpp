@@ -21,7 +21,7 @@ using aula::Object;
 using aula::RayScene;
 using aula::Scene;
 using aula::SceneEdges;
-using aula::SpecularPath;
+using aula::SoundPath;
 using aula::Vec3;
 using aula::test::add_quad;
 using aula::test::add_wall;
@@ -118,7 +118,7 @@ TEST_CASE("in free field the only tap is the direct sound") {
     const EdgePathScene place({});
     const auto taps = place.taps({0, 0, 0}, {3, 4, 0});
     REQUIRE(taps.size() == 1);
-    CHECK(taps[0].id == 0);
+    CHECK(taps[0].key == SoundPath::kMain);
     CHECK(taps[0].edges == 0);
     CHECK(taps[0].length_m == Approx(5));
     CHECK(taps[0].direction.x == Approx(-0.6));
@@ -271,8 +271,8 @@ TEST_CASE("at the shadow boundary neither level, delay nor direction jumps") {
     for (int i = -40; i <= 40; ++i) {
         // The boundary is at x = 1. Floats of some metres are 1e-7 m apart.
         const float x = 1 + 1e-6F * static_cast<float>(i);
-        const SpecularPath a = primary(x);
-        const SpecularPath b = primary(x + 1e-6F);
+        const SoundPath a = primary(x);
+        const SoundPath b = primary(x + 1e-6F);
         (a.edges == 0 ? was_lit : was_in_shadow) = true;
         CHECK(b.length_m == Approx(a.length_m).margin(2e-6));
         CHECK(glm::distance(a.direction, b.direction) < 2e-6F);
@@ -342,7 +342,7 @@ TEST_CASE("in the shadow of a door the primary tap comes from the opening") {
     const Vec3 listener(3, 1, 1.5F);
     const auto taps = place.taps(source, listener);
     REQUIRE(taps.size() > 1);
-    CHECK(taps[0].id == 0);
+    CHECK(taps[0].key == SoundPath::kMain);
     CHECK(taps[0].edges == 1);
     // Over the near jamb at x = 0.45 m.
     const Vec3 jamb = glm::normalize(Vec3(0.45F, 0, 1.5F) - listener);
@@ -437,16 +437,16 @@ TEST_CASE("where the primary tap changes to a distant path no tap has its id for
     const EdgePathScene place({screen});
     const Vec3 source(0, -1, 0);
     const auto place_of = [](int i) { return Vec3(-0.3F + 0.02F * static_cast<float>(i), 1, 0); };
-    const auto primary = [](const std::vector<SpecularPath>& taps) {
+    const auto primary = [](const std::vector<SoundPath>& taps) {
         return std::find_if(taps.begin(), taps.end(),
-                            [](const SpecularPath& tap) { return tap.id == 0; });
+                            [](const SoundPath& tap) { return tap.key == SoundPath::kMain; });
     };
-    const auto turn = [](const SpecularPath& a, const SpecularPath& b) {
+    const auto turn = [](const SoundPath& a, const SoundPath& b) {
         return glm::distance(a.direction, b.direction);
     };
     aula::PairMemory memory;
-    std::vector<SpecularPath> before;
-    std::vector<SpecularPath> before_without_memory;
+    std::vector<SoundPath> before;
+    std::vector<SoundPath> before_without_memory;
     int without = 0;
     float largest = 0;
     float largest_without_memory = 0;

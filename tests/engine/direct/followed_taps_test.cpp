@@ -12,7 +12,7 @@ using aula::followed_taps;
 using aula::kBandCount;
 using aula::LevelFollower;
 using aula::Object;
-using aula::SpecularPath;
+using aula::SoundPath;
 using aula::TapMemory;
 using aula::Vec3;
 using aula::test::Place;
@@ -28,15 +28,15 @@ Place wedge() { return Place({prism({{0, -0.5F}, {0, 0.5F}, {-0.2F, 0}})}); }
 /// Place of the listener in the shadow of the prism, after `walked_m` along it.
 Vec3 behind(float walked_m) { return {3, 0.1F, walked_m}; }
 
-Bands sum_of(const std::vector<SpecularPath>& taps) {
+Bands sum_of(const std::vector<SoundPath>& taps) {
     Bands sum;
-    for (const SpecularPath& tap : taps) sum += tap.energy;
+    for (const SoundPath& tap : taps) sum += tap.energy;
     return sum;
 }
 
 /// A frame: the taps are those of the memory for the next one.
-std::vector<SpecularPath> frame(const Place& place, const std::vector<EdgePath>& paths,
-                                const Bands& model, const Vec3& listener, TapMemory& memory) {
+std::vector<SoundPath> frame(const Place& place, const std::vector<EdgePath>& paths,
+                             const Bands& model, const Vec3& listener, TapMemory& memory) {
     memory.taps = followed_taps(place.paths, paths, model, kSource, listener, false, memory);
     return memory.taps;
 }
@@ -93,7 +93,7 @@ TEST_CASE("where all paths have vanished their taps fade out") {
         REQUIRE(taps.size() == first.size());
         check_equal(sum_of(taps), memory.levels.energy());
         for (std::size_t t = 0; t < taps.size(); ++t) {
-            CHECK(taps[t].id == first[t].id);
+            CHECK(taps[t].key == first[t].key);
             // At rest the pressure halves in each frame: the follower's level of silence is below
             // 2e-3 of it.
             for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -114,8 +114,8 @@ TEST_CASE("bent sound that vanishes fades out in all octaves beside the sound th
     const Bands bent = place.paths.energy(paths);
     frame(place, paths, bent, behind(0), memory);
     // The wall passes nothing in the upper four octaves.
-    SpecularPath wall;
-    wall.id = SpecularPath::kThroughWalls;
+    SoundPath wall;
+    wall.kind = SoundPath::Kind::through_walls;
     wall.length_m = 5;
     for (std::size_t b = 0; b < 4; ++b) wall.energy[b] = 1e-3F * bent[b];
     for (int i = 0; i < 3; ++i) {
@@ -124,7 +124,7 @@ TEST_CASE("bent sound that vanishes fades out in all octaves beside the sound th
         check_equal(sum_of(memory.taps), memory.levels.energy());
         const auto through = std::find_if(
             memory.taps.begin(), memory.taps.end(),
-            [](const SpecularPath& tap) { return tap.id == SpecularPath::kThroughWalls; });
+            [](const SoundPath& tap) { return tap.kind == SoundPath::Kind::through_walls; });
         REQUIRE(through != memory.taps.end());
         check_equal(through->energy, wall.energy);
         // At rest the pressure moves half-way in each frame.

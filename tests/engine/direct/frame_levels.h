@@ -16,7 +16,7 @@ inline std::array<double, kBandCount> frame_levels_db(DirectSound& direct_sound,
     direct_sound.begin_frame(false);
     direct_sound.search({&source, 1}, {&listener, 1}, {&memory, 1});
     Bands sum;
-    for (const SpecularPath& path : direct_sound.find(source, listener, {}, Bands{}, memory)) {
+    for (const SoundPath& path : direct_sound.find(source, listener, {}, Bands{}, memory)) {
         sum += path.energy;
     }
     const double distance_m = double{glm::distance(source, listener)};

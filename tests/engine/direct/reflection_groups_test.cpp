@@ -24,7 +24,7 @@ using aula::Object;
 using aula::PairMemory;
 using aula::RayScene;
 using aula::Scene;
-using aula::SpecularPath;
+using aula::SoundPath;
 using aula::SpecularPaths;
 using aula::Vec3;
 using Levels = std::array<double, kBandCount>;
@@ -49,7 +49,7 @@ struct Place {
     explicit Place(const Scene& scene, int specular_order = 1)
         : rays(scene), images(rays, specular_order, 0.5F, 1) {}
 
-    std::vector<SpecularPath> direct(const Vec3& source, const Vec3& listener) {
+    std::vector<SoundPath> direct(const Vec3& source, const Vec3& listener) {
         memory = {};
         sound.begin_frame(false);
         sound.search(std::span(&source, 1), std::span(&listener, 1), std::span(&memory, 1));
@@ -57,8 +57,8 @@ struct Place {
     }
 
     /// All paths, with or without the diffraction of the reflections.
-    std::vector<SpecularPath> paths(const Vec3& source, const Vec3& listener, bool grouped) {
-        std::vector<SpecularPath> all = direct(source, listener);
+    std::vector<SoundPath> paths(const Vec3& source, const Vec3& listener, bool grouped) {
+        std::vector<SoundPath> all = direct(source, listener);
         const auto found = images.find(source, listener, all.empty(), kNoLoss).paths;
         all.insert(all.end(), found.begin(), found.end());
         if (grouped) {
@@ -70,9 +70,9 @@ struct Place {
     }
 
     /// The reflections alone.
-    std::vector<SpecularPath> reflections(const Vec3& source, const Vec3& listener, bool grouped) {
-        std::vector<SpecularPath> all = paths(source, listener, grouped);
-        std::erase_if(all, [](const SpecularPath& path) { return path.order == 0; });
+    std::vector<SoundPath> reflections(const Vec3& source, const Vec3& listener, bool grouped) {
+        std::vector<SoundPath> all = paths(source, listener, grouped);
+        std::erase_if(all, [](const SoundPath& path) { return path.order == 0; });
         return all;
     }
 
@@ -83,9 +83,9 @@ struct Place {
 };
 
 /// Level of the energy of paths relative to free field at a distance, dB.
-Levels level_db(const std::vector<SpecularPath>& paths, double distance_m) {
+Levels level_db(const std::vector<SoundPath>& paths, double distance_m) {
     Bands sum;
-    for (const SpecularPath& path : paths) sum += path.energy;
+    for (const SoundPath& path : paths) sum += path.energy;
     Levels level;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         level[b] = 10 * std::log10(4 * std::numbers::pi * distance_m * distance_m *
@@ -303,18 +303,17 @@ TEST_CASE(
     const auto strongest = [&](float x) {
         const auto group = place.reflections(source, {x, -1.5F, 0}, true);
         REQUIRE(!group.empty());
-        return *std::max_element(group.begin(), group.end(),
-                                 [](const SpecularPath& a, const SpecularPath& b) {
-                                     return a.energy.sum() < b.energy.sum();
-                                 });
+        return *std::max_element(
+            group.begin(), group.end(),
+            [](const SoundPath& a, const SoundPath& b) { return a.energy.sum() < b.energy.sum(); });
     };
-    const SpecularPath mirrored = strongest(0.74F);
-    const SpecularPath bent = strongest(0.76F);
+    const SoundPath mirrored = strongest(0.74F);
+    const SoundPath bent = strongest(0.76F);
     CHECK(mirrored.edges == 0);
     CHECK(bent.edges == 1);
     CHECK(mirrored.order == 1);
     CHECK(bent.order == 1);
-    CHECK(bent.id == mirrored.id);
+    CHECK(bent.key == mirrored.key);
     CHECK(std::abs(bent.length_m - mirrored.length_m) < 0.02F);
     CHECK(glm::distance(bent.direction, mirrored.direction) < 0.02F);
 }
@@ -330,14 +329,13 @@ TEST_CASE(
         for (const Vec3& at : {before, listener}) {
             place.sound.begin_frame(false);
             place.sound.search({&source, 1}, {&at, 1}, {&place.memory, 1});
-            std::vector<SpecularPath> paths =
-                place.sound.find(source, at, {}, kNoLoss, place.memory);
+            std::vector<SoundPath> paths = place.sound.find(source, at, {}, kNoLoss, place.memory);
             place.sound.complete_reflections(
                 paths, source, at,
                 {place.images.planes(), place.images.first_order_ids(), place.images.order()}, {},
                 kNoLoss, place.memory);
             sum = 0;
-            for (const SpecularPath& path : paths) {
+            for (const SoundPath& path : paths) {
                 if (path.order > 0) sum += double{path.energy[0]};
             }
             if (at == before && before != listener) REQUIRE(sum == 0);
@@ -372,7 +370,7 @@ TEST_CASE("behind a screen on a floor the reflections are those of the image sou
     CHECK(place.reflections(source, listener, false).empty());
     const auto reflections = place.reflections(source, listener, true);
     const auto lies_on_floor = [](const Vec3& apex) { return std::abs(apex.z) < 1e-3F; };
-    for (const SpecularPath& path : reflections) {
+    for (const SoundPath& path : reflections) {
         CHECK(path.edges == 1);
         CHECK(std::count_if(path.apexes.begin(), path.apexes.end(), lies_on_floor) == path.order);
         CHECK(path.apexes.size() == static_cast<std::size_t>(1 + path.order));
@@ -395,9 +393,9 @@ TEST_CASE("behind a screen on a floor the reflections are those of the image sou
 TEST_CASE("reflections before and after an edge need a specular order of two") {
     Place first(scene_of(screen_on_floor()), 1);
     Place second(scene_of(screen_on_floor()), 2);
-    const auto largest_order = [](const std::vector<SpecularPath>& paths) {
+    const auto largest_order = [](const std::vector<SoundPath>& paths) {
         int order = 0;
-        for (const SpecularPath& path : paths) order = std::max(order, path.order);
+        for (const SoundPath& path : paths) order = std::max(order, path.order);
         return order;
     };
     CHECK(largest_order(first.reflections({0, -3, 1.2F}, {0, 2, 1}, true)) == 1);
@@ -468,7 +466,7 @@ TEST_CASE(
         aula::Propagation propagation(scene, scene.simulation);
         propagation.step({.sources = {scene.sources[0].position}, .listeners = {{0.8F, -1.5F, 0}}});
         const auto& paths = propagation.response(0).paths;
-        return std::count_if(paths.begin(), paths.end(), [](const SpecularPath& path) {
+        return std::count_if(paths.begin(), paths.end(), [](const SoundPath& path) {
             return path.order == 1 && path.edges == 1;
         });
     };

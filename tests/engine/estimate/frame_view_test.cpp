@@ -190,7 +190,7 @@ TEST_CASE("Edge lines are the edges of the scene, and paths around them bend at 
     };
     const FrameInput input = input_of(scene);
     int bent = 0;
-    for (const SpecularPath& path : propagation.response(0).paths) {
+    for (const SoundPath& path : propagation.response(0).paths) {
         CHECK(static_cast<int>(path.apexes.size()) == path.edges);
         if (path.edges != 1) continue;
         ++bent;

@@ -256,7 +256,7 @@ TEST_CASE("the path through walls has the length, direction and level of the str
     CHECK(glm::distance(path->direction, Vec3(-1, 0, 0)) < 1e-6F);
     CHECK(path->order == 0);
     CHECK(path->edges == 0);
-    CHECK(path->id == SpecularPath::kThroughWalls);
+    CHECK(path->kind == SoundPath::Kind::through_walls);
     CHECK(double{path->energy[2]} ==
           Approx(db(20) * std::exp(-0.08) / (4 * std::numbers::pi * 64)).epsilon(kRounding));
     Walls opaque;

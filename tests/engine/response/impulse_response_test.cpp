@@ -325,13 +325,13 @@ TEST_CASE("a builder accepts responses with different bins alternately") {
 
 TEST_CASE("the response is silent before the first arrival and paths are unchanged") {
     EnergyResponse r = decay(0.2, all(0.5), all(1), 0.05);
-    r.paths.push_back({.length_m = 3, .energy = Bands::filled(1), .id = 5});
+    r.paths.push_back({.length_m = 3, .energy = Bands::filled(1), .key = 5});
     const ImpulseResponse ir = build(r, 0.2);
     CHECK(std::all_of(ir.channels[0].begin(), ir.channels[0].begin() + 2400,
                       [](float x) { return x == 0; }));
     CHECK(ir.channels[0][2401] != 0);
     REQUIRE(ir.paths.size() == 1);
-    CHECK(ir.paths[0].id == 5);
+    CHECK(ir.paths[0].key == 5);
 }
 
 TEST_CASE("responses longer or shorter than the builder's length are truncated or padded") {

@@ -18,7 +18,7 @@ const Vec3 kAxis(0, 1, 0);
 EnergyResponse silence() { return EnergyResponse::silent(TimeBins(2.0), kSpeed_m_s); }
 
 /// A path that arrives at a time at an angle to the axis.
-SpecularPath path(double time_s, double angle_rad, float energy, int order) {
+SoundPath path(double time_s, double angle_rad, float energy, int order) {
     return {.order = order,
             .length_m = static_cast<float>(time_s) * kSpeed_m_s,
             .direction = {static_cast<float>(std::sin(angle_rad)),

@@ -293,8 +293,8 @@ TEST_CASE("a specular ray has the key of the path that an image source counts, f
         sound = images.find(source, listener, false, Bands{});
     }
     std::map<std::uint64_t, float> lengths_m;
-    for (const SpecularPath& path : sound.paths)
-        if (path.order == 5) lengths_m[path.id] = path.length_m;
+    for (const SoundPath& path : sound.paths)
+        if (path.order == 5) lengths_m[path.key] = path.length_m;
     REQUIRE(lengths_m.size() > 50);
 
     const PatchSubdivision subdivision(rays, 0.5F);

@@ -75,9 +75,9 @@ inline Object far_mirrors(int count) {
     return mirrors;
 }
 
-inline std::set<std::uint64_t> ids(const std::vector<SpecularPath>& paths) {
+inline std::set<std::uint64_t> ids(const std::vector<SoundPath>& paths) {
     std::set<std::uint64_t> all;
-    for (const SpecularPath& p : paths) all.insert(p.id);
+    for (const SoundPath& p : paths) all.insert(p.key);
     return all;
 }
 

@@ -26,14 +26,14 @@ TEST_CASE("discovery finds the same paths as the full list") {
     SpecularPaths specular(rays, 3, kRadius_m, 1);
     CHECK(specular.find(kSource, kListener, true, Bands{}).paths.size() < listed.size());
     // Each of the 62 paths covers at least some per mille of the sphere; 20 frames of 512 rays.
-    std::vector<SpecularPath> found;
+    std::vector<SoundPath> found;
     for (std::uint64_t frame = 0; frame < 20; ++frame) {
         specular.discover(kListener, frame);
         found = specular.find(kSource, kListener, true, Bands{}).paths;
     }
     REQUIRE(found.size() == listed.size());
     // Paths of equal length are ordered by their keys, which depend on the scene.
-    const auto by_energy = [](const SpecularPath& p, const SpecularPath& q) {
+    const auto by_energy = [](const SoundPath& p, const SoundPath& q) {
         return std::pair(p.length_m, p.energy[0]) < std::pair(q.length_m, q.energy[0]);
     };
     std::sort(listed.begin(), listed.end(), by_energy);
@@ -65,7 +65,7 @@ TEST_CASE("the same calls find the same paths, with any number of threads") {
         b.discover(listener, frame, &workers);
         const SpecularSound sound = a.find(kSource, listener, true, Bands{});
         const SpecularSound of_threads = b.find(kSource, listener, true, Bands{}, &workers);
-        const std::vector<SpecularPath>& from_a = sound.paths;
+        const std::vector<SoundPath>& from_a = sound.paths;
         CHECK(ids(from_a) == ids(of_threads.paths));
         CHECK(sound.tried.size() > 50);
         CHECK(sound.tried == of_threads.tried);
@@ -111,17 +111,17 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
     const SpecularSound tried = specular.find(kSource, kListener, false, Bands{});
     const auto& paths = tried.paths;
     const auto found =
-        std::find_if(paths.begin(), paths.end(), [](const SpecularPath& p) { return p.order > 1; });
+        std::find_if(paths.begin(), paths.end(), [](const SoundPath& p) { return p.order > 1; });
     REQUIRE(found != paths.end());
-    CHECK(tried.has_tried(found->id));
+    CHECK(tried.has_tried(found->key));
     CHECK_FALSE(tried.has_tried(0));
 
     const auto silent = EnergyResponse::silent(TimeBins(0.1));
     SpecularSum sum(silent);
     sum.add_rays(4);
     sum.add({Bands{}, Vec3(1, 0, 0), 0}, Bands::filled(1), 10);
-    sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10);
-    sum.add({Bands{}, Vec3(0, 1, 0), found->id}, Bands::filled(2), 10.2F);
+    sum.add({Bands{}, Vec3(0, 1, 0), found->key}, Bands::filled(2), 10);
+    sum.add({Bands{}, Vec3(0, 1, 0), found->key}, Bands::filled(2), 10.2F);
     const auto read = [&](const SpecularSound& images) {
         EnergyResponse response = silent;
         sum.add_to(images, response);
@@ -130,7 +130,7 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
     CHECK(read(tried).total(0) == Approx(0.25));
     specular.restart(1);  // removes all discovered sequences
     const SpecularSound none = specular.find(kSource, kListener, false, Bands{});
-    CHECK_FALSE(none.has_tried(found->id));
+    CHECK_FALSE(none.has_tried(found->key));
     const EnergyResponse response = read(none);
     CHECK(response.total(0) == Approx(1.25));
     // Both hits of the sequence count at their mean length.

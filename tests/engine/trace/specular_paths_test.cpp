@@ -64,10 +64,10 @@ std::vector<Image> box_images(const Scene& scene, const Vec3& size, const Vec3& 
 }
 
 /// One path for each image and one image for each path.
-void check_against_images(const std::vector<SpecularPath>& paths, std::vector<Image> images,
+void check_against_images(const std::vector<SoundPath>& paths, std::vector<Image> images,
                           double attenuation_per_m) {
     REQUIRE(paths.size() == images.size());
-    for (const SpecularPath& path : paths) {
+    for (const SoundPath& path : paths) {
         const glm::dvec3 offset = glm::dvec3(path.direction) * double{path.length_m};
         const auto image =
             std::min_element(images.begin(), images.end(), [&](const Image& a, const Image& b) {
@@ -84,9 +84,9 @@ void check_against_images(const std::vector<SpecularPath>& paths, std::vector<Im
     }
 }
 
-std::array<int, 4> per_order(const std::vector<SpecularPath>& paths) {
+std::array<int, 4> per_order(const std::vector<SoundPath>& paths) {
     std::array<int, 4> count{};
-    for (const SpecularPath& p : paths) ++count[static_cast<std::size_t>(p.order)];
+    for (const SoundPath& p : paths) ++count[static_cast<std::size_t>(p.order)];
     return count;
 }
 
@@ -286,7 +286,7 @@ TEST_CASE("near a wall levels are finite, and on it there is no reflection in it
         const auto paths = specular.find(source, listener, true, Bands{}).paths;
         CHECK(per_order(paths)[0] == 1);
         CHECK(per_order(paths)[1] == (gap_m < 5e-4F ? 5 : 6));
-        for (const SpecularPath& p : paths) {
+        for (const SoundPath& p : paths) {
             CHECK(p.energy[0] <= 1 / (4 * std::numbers::pi_v<float> * 0.01F));
             CHECK(std::isfinite(p.energy[0]));
             // Within 0.1 m directions fade.
@@ -355,7 +355,7 @@ TEST_CASE("a plate on the floor replaces the floor in its area") {
         CHECK(per_order(paths)[1] == 6);
         // By the floor or the plate: from below.
         int below = 0;
-        for (const SpecularPath& path : paths) {
+        for (const SoundPath& path : paths) {
             if (path.order != 1 || path.direction.z > -0.9F) continue;
             ++below;
             const double share = x > 1 ? 0.65 * 0.9 : 0.7 * 0.92;  // material 4 is the floor

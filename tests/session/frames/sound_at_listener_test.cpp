@@ -30,11 +30,12 @@ std::array<float, 3> in_head(const HeadRotation& head, const Vec3& world) {
 TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is the direct sound") {
     ImpulseResponse response;
     response.channels.assign(4, std::vector<float>(8));
-    SpecularPath direct;
+    SoundPath direct;
     direct.length_m = 5;
     direct.direction = {0, 1, 0};
     direct.energy = Bands::filled(1 / (4 * kPi * 25));
-    SpecularPath wall = direct;
+    SoundPath wall = direct;
+    wall.kind = SoundPath::Kind::image;
     wall.order = 1;
     wall.length_m = 10;
     response.paths = {direct, wall};
@@ -51,20 +52,23 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
 }
 
 TEST_CASE(
-    "All paths of order 0 have the gain of the direct sound, the one of id 0 is the main one") {
+    "All paths of order 0 have the gain of the direct sound, the one with the key kMain is the "
+    "main one") {
     ImpulseResponse response;
     response.channels.assign(4, std::vector<float>(8));
-    SpecularPath bent;
+    SoundPath bent;
+    bent.kind = SoundPath::Kind::bent;
     bent.edges = 1;
-    bent.id = 7;
+    bent.key = 7;
     bent.length_m = 4.5F;  // weak paths may be shorter than the main one
     bent.energy = Bands::filled(1 / (4 * kPi));
-    SpecularPath main = bent;
-    main.id = 0;
+    SoundPath main = bent;
+    main.key = SoundPath::kMain;
     main.length_m = 5;
-    SpecularPath wall = main;
+    SoundPath wall = main;
+    wall.kind = SoundPath::Kind::image;
     wall.order = 1;
-    wall.id = 8;
+    wall.key = 8;
     wall.edges = 0;
     response.paths = {bent, main, wall};
     const SourceSound sound = source_sound(response, 343.2, 0, 0.5F, 0.25F);

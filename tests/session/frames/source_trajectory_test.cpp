@@ -12,8 +12,8 @@ constexpr double kSound_m_s = 343.2;
 constexpr double kFrame_s = 1.0 / 30;
 
 /// The path from a source straight to the origin.
-SpecularPath straight(const Vec3& source) {
-    SpecularPath path;
+SoundPath straight(const Vec3& source) {
+    SoundPath path;
     path.length_m = glm::length(source);
     path.departure = -source / path.length_m;
     return path;
@@ -41,7 +41,7 @@ TEST_CASE("The delay of a moving source is that from where it was at the time of
             trajectory.add(time_s, position, kSound_m_s);
             // After the sound of the first frame has arrived.
             if (time_s < 1.9) continue;
-            const SpecularPath path = straight(position);
+            const SoundPath path = straight(position);
             const double exact_s = retarded_s(position, {speed_m_s, 0, 0});
             worst_s = std::max(worst_s, std::abs(trajectory.delay_s(path, kSound_m_s) - exact_s));
             worst_static_s =
@@ -57,7 +57,7 @@ TEST_CASE("The delay of a moving source is that from where it was at the time of
 
 TEST_CASE("A source that stands has the delay of its distance, to the bit") {
     const Vec3 position{4.1F, -3.3F, 1.7F};
-    const SpecularPath path = straight(position);
+    const SoundPath path = straight(position);
     const double expected_s = double{path.length_m} / kSound_m_s;
     SourceTrajectory trajectory(3);
     for (int frame = 0; frame < 100; ++frame) {
@@ -65,7 +65,7 @@ TEST_CASE("A source that stands has the delay of its distance, to the bit") {
         REQUIRE(trajectory.delay_s(path, kSound_m_s) == expected_s);
     }
     // A moving listener changes paths, but not the source.
-    const SpecularPath other = straight({10, 0, 0});
+    const SoundPath other = straight({10, 0, 0});
     CHECK(trajectory.delay_s(other, kSound_m_s) == double{other.length_m} / kSound_m_s);
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("A jump, and time that goes back, begin a new trajectory") {
     SourceTrajectory trajectory(3);
     trajectory.add(0, {100, 0, 0}, kSound_m_s);
     trajectory.add(kFrame_s, {0, 10, 0}, kSound_m_s);
-    const SpecularPath path = straight({0, 10, 0});
+    const SoundPath path = straight({0, 10, 0});
     CHECK(trajectory.delay_s(path, kSound_m_s) == double{path.length_m} / kSound_m_s);
     trajectory.add(2 * kFrame_s, {0, 11, 0}, kSound_m_s);
     // Companion: without a jump the delay is another.
@@ -86,7 +86,7 @@ TEST_CASE("A reflection has the delay of the image of the source at the time of 
     // A wall at x = 10 reflects to the listener at the origin: the image of the listener is at 20.
     SourceTrajectory trajectory(3);
     const glm::dvec3 velocity{0, 40, 0};
-    SpecularPath path;
+    SoundPath path;
     path.order = 1;
     for (int frame = 0; frame < 60; ++frame) {
         const glm::dvec3 position = glm::dvec3{5, -20, 0} + velocity * (frame * kFrame_s);

@@ -111,7 +111,7 @@ TEST_CASE("Receivers hear direct sound, reflections and diffraction as a listene
             REQUIRE(paths.size() == expected.size());
             for (std::size_t i = 0; i < paths.size(); ++i) {
                 INFO("source " << s << ", receiver " << r << ", path " << i);
-                CHECK(paths[i].id == expected[i].id);
+                CHECK(paths[i].key == expected[i].key);
                 CHECK(paths[i].edges == expected[i].edges);
                 // Rounding: the mean of equal values.
                 CHECK(paths[i].length_m == Approx(expected[i].length_m).epsilon(1e-6));
@@ -122,7 +122,7 @@ TEST_CASE("Receivers hear direct sound, reflections and diffraction as a listene
     }
     // Companion: some of the paths bend around the screen.
     CHECK(std::any_of(all->response(0, 1).paths.begin(), all->response(0, 1).paths.end(),
-                      [](const SpecularPath& path) { return path.edges > 0; }));
+                      [](const SoundPath& path) { return path.edges > 0; }));
 }
 
 TEST_CASE("Every receiver has standard errors, unless the frames are given") {

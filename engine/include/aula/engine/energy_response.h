@@ -15,18 +15,30 @@ namespace aula {
 /// direct sound and its diffraction at edges are several paths of order 0. Path 0 is the straight
 /// one or, in the shadow, the strong one of the smallest length; the energies of all add up to the
 /// direct sound. What walls transmit of the straight path is one more path of order 0.
-struct SpecularPath {
-    static constexpr std::uint64_t kThroughWalls = 1;  ///< `id` of the straight path through walls
+struct SoundPath {
+    enum class Kind : std::uint8_t {
+        direct,        ///< the straight path, which nothing blocks
+        image,         ///< the straight path from an image source
+        bent,          ///< around edges; a reflection before or after them counts in `order`
+        through_walls  ///< the straight path through walls that transmit
+    };
 
+    /// `key` of the main path of the direct sound, straight or bent. It jumps from one path to a
+    /// distant one by a frame without this key.
+    static constexpr std::uint64_t kMain = 0;
+
+    Kind kind = Kind::direct;
     int order = 0;       ///< number of reflections; 0: direct sound
     float length_m = 0;  ///< length of the path from the source to the listener
     /// Unit vector from the listener to the image source or edge, world axes; shorter, in
     /// proportion to the distance, within 0.1 m.
     Vec3 direction{0};
     Bands energy;  ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
-    std::uint64_t id = 0;  ///< identifies the path in all frames; 0: direct sound's main path
-    int edges = 0;         ///< number of edges that the path bends around; 0: none
-    Vec3 departure{0};     ///< in which the sound leaves the source, as `direction`
+    /// Paths of successive frames that have the same key are heard as one that moves; one with a
+    /// new key fades in.
+    std::uint64_t key = kMain;
+    int edges = 0;      ///< number of edges that the path bends around; 0: none
+    Vec3 departure{0};  ///< in which the sound leaves the source, as `direction`
     /// Where it bends, from the source to the listener, world axes, m.
     std::vector<Vec3> apexes{};
 };
@@ -52,7 +64,7 @@ struct EnergyResponse {
     /// direction and 0 in a diffuse field.
     std::vector<Vec3> intensity;
     /// Discrete paths by ascending length. Paths that arrive after the last bin are included.
-    std::vector<SpecularPath> paths;
+    std::vector<SoundPath> paths;
 
     /// A response without energy.
     static EnergyResponse silent(const TimeBins& bins, float speed_of_sound_m_s = 343.2F);
@@ -70,7 +82,7 @@ struct EnergyResponse {
     }
 
     /// Time of arrival of a path in s after the emission.
-    double arrival_s(const SpecularPath& path) const {
+    double arrival_s(const SoundPath& path) const {
         return double{path.length_m} / double{speed_of_sound_m_s};
     }
 

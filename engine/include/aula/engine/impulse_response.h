@@ -17,7 +17,7 @@ struct ImpulseResponse {
     /// [channel][sample] Ambisonics of (order + 1)^2 channels (ACN, SN3D: W Y Z X ...). Sample 0 is
     /// the emission. The unit is the pressure at a distance of 1 m in a free field.
     std::vector<std::vector<float>> channels;
-    std::vector<SpecularPath> paths;  ///< by ascending length
+    std::vector<SoundPath> paths;  ///< by ascending length
 };
 
 class NoiseCarriers;
