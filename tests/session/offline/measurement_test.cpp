@@ -198,12 +198,13 @@ TEST_CASE("A measurement that ends after 2000 frames names the parameters outsid
     const auto measurement = measure(scene, {});
     REQUIRE(measurement);
     CHECK(measurement->frames == 2000);
-    REQUIRE(measurement->warnings.size() == 1);
-    CHECK_THAT(measurement->warnings[0],
+    const std::vector<std::string> warnings = warnings_of(*measurement);
+    REQUIRE(warnings.size() == 1);
+    CHECK_THAT(warnings[0],
                Catch::StartsWith("source \"source\": standard errors after 2000 frames: ") &&
                    Catch::Contains("EDT") && Catch::Contains("(at most 1 %)"));
     // Companion: for a given number of frames no errors are known.
-    CHECK(measure(scene, {.frames = 20})->warnings.empty());
+    CHECK(warnings_of(*measure(scene, {.frames = 20})).empty());
 }
 
 TEST_CASE("A source behind a wall without an opening is not audible") {
@@ -421,10 +422,10 @@ TEST_CASE("An octave without T30 for noise says so") {
         scene.simulation.seed = seed;
         scene.simulation.rays = 1;
         const auto few = measure(scene, {.frames = 1});
-        for (const std::string& warning : few->warnings)
+        for (const std::string& warning : warnings_of(*few))
             if (warning.find("the late sound is too noisy") != std::string::npos) ++noisy;
         scene.simulation.rays = 1000;
-        CHECK(measure(scene, {.frames = 1})->warnings.empty());
+        CHECK(warnings_of(*measure(scene, {.frames = 1})).empty());
     }
     CHECK(noisy > 0);
 }
@@ -435,10 +436,11 @@ TEST_CASE("A measurement that its budget ends has standard errors and says so") 
     const auto measured = measure(scene, {.max_work_s = 1e-6});
     CHECK(measured->frames == 16);  // two windows
     CHECK(measured->parameters[0].octave(AcousticParameter::t30, 4).standard_error);
-    REQUIRE(measured->warnings.size() >= 2);
-    CHECK(measured->warnings[0] ==
+    const std::vector<std::string> warnings = warnings_of(*measured);
+    REQUIRE(warnings.size() >= 2);
+    CHECK(warnings[0] ==
           "the budget of the measurement ended it after 16 frames; --quality fine takes longer");
-    CHECK(measured->warnings[1].find("standard errors after 16 frames") != std::string::npos);
+    CHECK(warnings[1].find("standard errors after 16 frames") != std::string::npos);
     // Companions: a given number of frames, budget enough, and none.
     CHECK(measure(scene, {.frames = 24, .max_work_s = 1e-6})->frames == 24);
     CHECK(measure(scene, {.max_frames = 24, .max_work_s = 1e3})->frames == 24);
