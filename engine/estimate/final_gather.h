@@ -28,7 +28,7 @@ struct GatherSettings {
     int rays = 1024;      ///< M
     bool mirrors = true;  ///< rays continue as mirror rays
     float max_length_m = 343;
-    Bands attenuation_per_m;
+    Bands attenuation_per_m{};
 };
 
 /// Final gather (Jensen 1996): traces M low-discrepancy rays from a receiver, which is the listener
