@@ -250,10 +250,10 @@ TEST_CASE("mesh materials are mapped, otherwise found by name, otherwise the def
 TEST_CASE("unmapped materials are one error that lists them all") {
     const TemporaryFolder folder;
     folder.write("a.obj",
-                 "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl wall_3\nf 1 2 3\nusemtl pipe\nf 1 2 3\n");
+                 "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl part_3\nf 1 2 3\nusemtl pipe\nf 1 2 3\n");
     const std::string error = error_of(folder, R"("file": "a.obj")");
     CHECK_THAT(error, Contains("scene.json: /geometry/0: the mesh's materials"));
-    CHECK_THAT(error, Contains("\"wall_3\"") && Contains("\"pipe\""));
+    CHECK_THAT(error, Contains("\"part_3\"") && Contains("\"pipe\""));
     CHECK_THAT(error, !Contains("did you mean"));
     CHECK(load(folder, R"("file": "a.obj", "default_material": "soft")").warnings.empty());
 }
