@@ -12,8 +12,9 @@ set(AULA_HDF5_LIBRARIES "${AULA_HDF5_HL}" ${HDF5_LINK_LIBRARIES})
 if(AULA_SZIP AND AULA_HDF5_HL_ARCHIVE AND AULA_HDF5_ARCHIVE)
     set(driver "${PROJECT_BINARY_DIR}/hdf5_driver.c")
     file(CONFIGURE OUTPUT "${driver}" @ONLY CONTENT
-"long H5FD_ros3_init(void);  /* hid_t: 64 bits */
-long H5FD_ros3_init(void) { return -1; }  /* H5I_INVALID_HID */
+"#include <stdint.h>
+int64_t H5FD_ros3_init(void);  /* of hid_t */
+int64_t H5FD_ros3_init(void) { return -1; }  /* H5I_INVALID_HID */
 ")
     set(libraries "${AULA_HDF5_HL_ARCHIVE}" "${AULA_HDF5_ARCHIVE}" "${AULA_SZIP}" z m
                   ${CMAKE_DL_LIBS})

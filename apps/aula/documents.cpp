@@ -183,7 +183,7 @@ std::vector<LayerMaterial> layers_of(const Scene& scene, const RoomGeometry& roo
         const std::size_t begin = std::exchange(first, first + object.triangles.size());
         if (object.files.empty()) continue;
         const ImportedMesh mesh = import_mesh(object.files[0]);
-        // Unless the file has changed meanwhile.
+        // Unless the file has changed since the scene was read.
         if (mesh.triangles.size() != object.triangles.size()) continue;
         std::map<std::pair<std::uint32_t, std::uint32_t>, double> area_m2;  // of layer and material
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -277,6 +277,9 @@ int report_room(const Arguments& arguments) {
     const ReportPositions positions =
         result_of(kMeasuring, arguments, [&] { return report_positions(rays, scene, named); });
     warn(positions.remarks, arguments.quiet);
+    const RoomGeometry room = measure_room(rays, points_of(positions.inside), kRoomSeed);
+    // Files may change while the report is measured.
+    std::vector<LayerMaterial> layers = layers_of(scene, room);
     const auto measurement = [&] {
         ProgressBar bar("measuring", arguments.quiet, ProgressLines::logged);
         return measure_report(scene, receivers, names, arguments.frames, std::ref(bar));
@@ -287,7 +290,6 @@ int report_room(const Arguments& arguments) {
     float height_m = 0;
     for (const Pose& receiver : receivers)
         height_m += receiver.position.z / static_cast<float>(receivers.size());
-    const RoomGeometry room = measure_room(rays, points_of(positions.inside), kRoomSeed);
     const RoomReport report{.head = arguments.head,
                             .scene_name = arguments.scene.stem().string(),
                             .program = "aula " AULA_VERSION,
@@ -301,7 +303,7 @@ int report_room(const Arguments& arguments) {
                             .plan = floor_plan(rays, height_m),
                             .plan_height_m = height_m,
                             .material_sources = material_sources_of(*loaded.json),
-                            .layers = layers_of(scene, room),
+                            .layers = std::move(layers),
                             .guesses = loaded.guesses,
                             .remarks = positions.remarks,
                             .measured = measured};

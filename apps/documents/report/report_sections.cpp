@@ -110,12 +110,14 @@ class OpenPlanRow {
         std::optional<double> sti;
     };
 
-    /// A cell with an error: the sum of what the errors of all receivers change.
+    /// A cell with an error: the sum of what the errors of the receivers of the line change; none
+    /// if one of them has none.
     template <typename Member>
     std::string cell(const std::optional<double>& value, Member member) const {
         MeasuredValue with_error{value, {}};
-        for (std::size_t i = 0; value && i < receivers_.size(); ++i) {
-            if (!errors_[i].level_db) break;
+        if (!value) return value_cell(with_error, 1);
+        for (const std::size_t i : values_->line) {
+            if (!errors_[i].level_db) return value_cell({value, {}}, 1);
             std::vector<SpeechAtReceiver> changed = receivers_;
             changed[i].level_dba += *errors_[i].level_db;
             if (changed[i].sti) *changed[i].sti += errors_[i].sti.value_or(0);

@@ -261,8 +261,10 @@ std::vector<std::string> remarks_of(const RoomReport& report) {
         if (!m.audible[pair]) remarks.push_back(pair_warning(m, pair));
     if (const std::string summary = uncertainty_summary(m); !summary.empty())
         remarks.push_back(summary +
-                          ": of level or C80 more than 0.25 dB, of T30 or EDT more than "
-                          "1.25 %, in an octave from 125 Hz to 4 kHz");
+                          formatted(": of level more than %g dB, of C80 %g dB, of T30 %g %%, of "
+                                    "EDT %g %%, in an octave from 125 Hz to 4 kHz",
+                                    m.limits.level_db, m.limits.c80_db, 100 * m.limits.t30,
+                                    100 * m.limits.edt));
     remarks.insert(remarks.end(), m.missing_decays.begin(), m.missing_decays.end());
     return remarks;
 }

@@ -250,6 +250,10 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                                    const MeasurementOptions& options) {
     check(options);
     check(scene.speech);
+    if (!options.receiver_names.empty() && options.receiver_names.size() != receivers.size())
+        throw InputError("measurement: " + std::to_string(options.receiver_names.size()) +
+                         " names of receivers; expected none or " +
+                         std::to_string(receivers.size()));
     StaticPropagation propagation(scene, receivers);
     const int max_frames = options.frames.value_or(options.max_frames);
     const int window = options.frames
@@ -303,6 +307,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.length_s = propagation.response_length_s();
     m.receiver_names = options.receiver_names;
     m.frames = propagation.frames();
+    m.limits = options.limits;
     m.patch_size_m = propagation.patch_size_m();
     if (at_end_of_budget)
         m.warnings.push_back(formatted(

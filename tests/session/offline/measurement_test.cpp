@@ -249,6 +249,9 @@ TEST_CASE("The lines on pairs have the names of source and receiver") {
     CHECK_THAT(lines[1], Catch::StartsWith("source \"" + scene.sources[0].name +
                                            "\" at \"back\": standard errors after 16 frames: "));
     CHECK_THAT(lines[3], Catch::StartsWith("source \"" + shut + "\" at \"back\": not audible, "));
+    options.receiver_names.pop_back();
+    CHECK_THROWS_WITH(measure(scene, scene.sources, seats, options),
+                      "measurement: 1 names of receivers; expected none or 2");
     // Companion: without names, and with limits that are met.
     options.receiver_names.clear();
     lines = audibility_warnings(*measure(scene, scene.sources, seats, options));

@@ -108,8 +108,8 @@ struct AuralizerStatus {
     double frame_ms = 0;               ///< computation time of the newest frame
     double frame_mean_ms = 0;          ///< mean computation time of all frames
     double frame_worst_ms = 0;         ///< longest computation time of all frames
-    double counted_mean_ms = 0;        ///< mean time of all frames as counted from their rays and
-                                       ///< gathers, on one processor: the same on all machines
+    double counted_mean_ms = 0;        ///< mean time of all frames as counted from their work, on
+                                       ///< one processor: the same on all machines
     double frame_period_ms = 0;        ///< time between frames; in real time frame_ms must be below
     double frame_age_s = 0;            ///< time since the newest frame reached render() (real time)
     int rays = 0;                      ///< rays per source in the newest frame

@@ -101,7 +101,8 @@ struct MeasurementOptions {
     /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
     /// reverberation, not of the energy response. Otherwise they are empty.
     bool interaural = false;
-    std::vector<std::string> receiver_names{};  ///< of warnings_of(); empty: their numbers
+    /// [receiver] Names for warnings_of(); empty: numbers.
+    std::vector<std::string> receiver_names{};
     /// Called with the completed share of the computation, 0..1; returns false to stop. Empty:
     /// none.
     std::function<bool(double done)> progress{};
@@ -124,6 +125,7 @@ struct Measurement {
     std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
     double length_s = 0;                     ///< of the responses
     int frames = 0;                          ///< that were computed
+    MeasurementLimits limits;                ///< that were wanted
     float patch_size_m = 0;                  ///< as traced, where memory bounds it; 0: no patches
     /// Lines on octaves without T30, one for each reason; empty if parameters are omitted.
     std::vector<std::string> missing_decays;
