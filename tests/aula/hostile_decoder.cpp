@@ -45,4 +45,5 @@ int sf_error(void*) { return 0; }
 int sf_command(void*, int, void*, int) { return 0; }
 Offset sf_readf_float(void*, float*, Offset) { return 0; }
 Offset sf_writef_float(void*, const float*, Offset) { return 0; }
+Offset sf_writef_int(void*, const int*, Offset) { return 0; }
 }

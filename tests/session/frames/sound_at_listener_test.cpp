@@ -37,6 +37,7 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
     SoundPath wall = direct;
     wall.kind = SoundPath::Kind::image;
     wall.order = 1;
+    wall.key = 7;
     wall.length_m = 10;
     response.paths = {direct, wall};
     const SourceSound sound = source_sound(response, 343.2, 20);
