@@ -49,6 +49,7 @@ GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimen
       speed_of_sound_m_s_(static_cast<double>(room_->scene().medium.speed_of_sound_m_s())),
       rate_hz_(dimensions.config.sample_rate_hz),
       values_(controls_->read()),
+      trajectory_(dimensions.config.longest_delay_s),
       responses_(make_noise_carriers(rate_hz_, room_->scene().simulation.seed),
                  room_->response_length_s(), room_->scene().sources[0].name,
                  field_order(dimensions.config)),
@@ -69,6 +70,11 @@ GroupVoice::~GroupVoice() { room_->remove(*this); }
 
 void GroupVoice::read_controls() { values_ = controls_->read(); }
 
+void GroupVoice::begin_frame(double time_s) {
+    read_controls();
+    trajectory_.add(time_s, source().position, speed_of_sound_m_s_);
+}
+
 void GroupVoice::prepare(const EnergyResponse& energy) {
     // Not a member: the instances of a room are prepared one after the other in the same memory.
     ImpulseResponse response;
@@ -78,13 +84,14 @@ void GroupVoice::prepare(const EnergyResponse& energy) {
         for (std::vector<float>& channel : response.channels)
             for (float& sample : channel) sample *= gains.late;
     }
-    float longest_m = 0;
-    for (const SoundPath& path : response.paths) longest_m = std::max(longest_m, path.length_m);
-    longest_delay_s_ = static_cast<double>(longest_m) / speed_of_sound_m_s_;
+    longest_delay_s_ = 0;
+    for (const SoundPath& path : response.paths)
+        longest_delay_s_ =
+            std::max(longest_delay_s_, trajectory_.delay_s(path, speed_of_sound_m_s_));
     if (!prepared_) prepared_ = renderer_.frames(kListener).reclaim();
     if (!prepared_) prepared_ = frames_.make_frame();
     const SourceSound sound = source_sound(response, speed_of_sound_m_s_, places_.gain_db(values_),
-                                           gains.direct, gains.early);
+                                           gains.direct, gains.early, &trajectory_);
     frames_.prepare({&sound, 1}, *prepared_);
 }
 

@@ -12,6 +12,7 @@
 #include "apps/plugin/plugin_room.h"
 #include "apps/plugin/shared_room.h"
 #include "apps/session/auralizer/room_renderer.h"
+#include "apps/session/frames/source_trajectory.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
@@ -35,6 +36,8 @@ class GroupVoice final : public PluginRoom {
     // [propagation thread]
     /// Takes the newest values of the controls.
     void read_controls();
+    /// The same for a frame at a time of the room, in s.
+    void begin_frame(double time_s);
     Pose source() const { return places_.source_pose(values_); }
     Vec3 listener() const { return places_.listener_pose(values_).position; }
     int rays() const { return places_.rays(values_); }
@@ -69,6 +72,7 @@ class GroupVoice final : public PluginRoom {
 
     // Used by the propagation thread.
     ControlValues values_;
+    SourceTrajectory trajectory_;
     ImpulseResponseBuilder responses_;
     RenderFrameBuilder frames_;
     std::unique_ptr<RenderFrame> prepared_;

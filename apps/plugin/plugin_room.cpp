@@ -63,7 +63,7 @@ Scene instance_scene(Scene scene) {
 /// In real time one thread traces: a host runs many instances.
 Scene live_scene(Scene scene, GrowingLength& length) {
     scene.simulation.threads = 1;
-    length.fit(scene);
+    length.fit(scene, room_length_s(scene));
     return scene;
 }
 

@@ -167,8 +167,8 @@ void RoomLoader::build_exact() {
 std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     const ControlValues values = controls_->read();
     const ReportRays report = [this](int rays, int wanted) { report_rays(rays, wanted); };
-    rays_ = 0;
-    wanted_rays_ = 0;
+    // What it says of the room before.
+    if (rays_ < wanted_rays_) report_rays(0, 0);
     const auto group = static_cast<int>(std::lround(value_of(values, Control::room_group)));
     if (group == 0) {
         auto room =

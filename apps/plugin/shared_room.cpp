@@ -109,7 +109,6 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
                                              const std::function<Scene()>& load) {
     // Destroyed after the lock: this may be the last owner of one of them.
     std::vector<std::shared_ptr<SharedRoom>> alive;
-    auto length = std::make_shared<GrowingLength>();
     Register& present = all();
     const std::lock_guard lock(present.mutex);
     for (auto& [other_key, rooms] : present.rooms)
@@ -126,33 +125,34 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
             alive.push_back(room);
             const Vec3 place = SceneControls(room->scene_).listener_pose(values).position;
             if (entry->open && entry->place == place) return room;
-            if (entry->place == place) length = entry->length;
         }
     }
     // All rooms of a group have the scene of the first one.
     Scene scene = alive.empty() ? load() : alive[0]->scene_;
     const GroupKey versions = alive.empty() ? key.with_versions(scene) : alive[0]->key_;
     const Vec3 place = SceneControls(scene).listener_pose(values).position;
-    const std::shared_ptr<SharedRoom> room(
-        new SharedRoom(versions, std::move(scene), place, std::move(length)));
+    const std::shared_ptr<SharedRoom> room(new SharedRoom(
+        versions, std::move(scene), place, alive.empty() ? nullptr : alive[0].get()));
     room->entry_->number = ++present.last_number;
     room->entry_->room = room;
     present.rooms[versions].push_back(room->entry_);
     return room;
 }
 
-SharedRoom::SharedRoom(const GroupKey& key, Scene scene, const Vec3& place,
-                       std::shared_ptr<GrowingLength> length)
+SharedRoom::SharedRoom(const GroupKey& key, Scene scene, const Vec3& place, const SharedRoom* other)
     : key_(key),
       scene_(std::move(scene)),
       entry_(std::make_shared<Entry>()),
-      measured_(length->hear()),
+      length_(other != nullptr ? other->length_ : std::make_shared<GrowingLength>()),
+      measured_(length_->hear()),
+      room_length_s_(other != nullptr ? other->room_length_s_ : std::nullopt),
       place_(place),
       load_([this](int rays, int wanted) {
+          reported_rays_ = rays;
+          reported_wanted_ = wanted;
           for (const GroupVoice* const voice : voices_) voice->report_rays(rays, wanted);
       }) {
     entry_->place = place;
-    entry_->length = std::move(length);
     for (const Object& object : scene_.objects) objects_.push_back(object.transform_at(0));
     // Built on the propagation thread, whose scheduling and rounding the threads of the propagation
     // inherit.
@@ -190,7 +190,8 @@ void SharedRoom::build() {
     lower_priority(kPropagationNice);
     Scene scene = scene_;
     scene.simulation.threads.reset();
-    entry_->length->fit(scene);
+    if (!room_length_s_) room_length_s_ = room_length_s(scene);
+    length_->fit(scene, room_length_s_);
     propagation_.emplace(scene, scene.simulation);
     propagation_->remove_source(0);
     propagation_->emit_from_listeners();
@@ -203,6 +204,7 @@ void SharedRoom::add(GroupVoice& voice) {
     voice.read_controls();
     propagation_->add_source(voice.source(), scene_.sources[0].directivity);
     voices_.push_back(&voice);
+    if (reported_rays_ < reported_wanted_) voice.report_rays(reported_rays_, reported_wanted_);
     turn.end();
     heard_.wait_for(turn.lock(), kLongestWait, [&] { return voice.is_heard() || failure_; });
     if (!failure_) return;
@@ -236,10 +238,10 @@ void SharedRoom::run() {
             clock.skip_missed(Clock::now());
             if (!wait_until(clock.begin())) return;
             const auto begin = Clock::now();
-            const bool computed = compute();
+            const bool computed = compute(clock.time_s());
             took_s_ = std::chrono::duration<double>(Clock::now() - begin).count();
             clock.took(took_s_);
-            if (computed && entry_->length->add(took_s_, frame_s)) make_way();
+            if (computed && length_->add(took_s_, frame_s)) make_way();
         }
     } catch (...) {
         {
@@ -269,14 +271,14 @@ void SharedRoom::make_way() {
 }
 
 /// False if there is nothing to compute.
-bool SharedRoom::compute() {
+bool SharedRoom::compute(double time_s) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return waiting_ == 0 || stop_; });
     if (voices_.empty() || stop_) return false;
     int rays = 1;
     FrameInput input;
     for (GroupVoice* const voice : voices_) {
-        voice->read_controls();
+        voice->begin_frame(time_s);
         const Pose source = voice->source();
         input.sources.push_back(source.position);
         input.source_rotations.push_back(source.rotation());

@@ -86,7 +86,6 @@ class SharedRoom {
         bool open = true;  ///< false after a failure, or if the length is to change
         std::uint64_t number = 0;
         std::weak_ptr<SharedRoom> room;
-        std::shared_ptr<GrowingLength> length;  ///< of this room and of those after it at its place
     };
     struct Register;
 
@@ -94,15 +93,15 @@ class SharedRoom {
     /// the mutex while all frames are late.
     class Turn;
 
-    SharedRoom(const GroupKey& key, Scene scene, const Vec3& place,
-               std::shared_ptr<GrowingLength> length);
+    /// `other`: a room of the group, or null.
+    SharedRoom(const GroupKey& key, Scene scene, const Vec3& place, const SharedRoom* other);
 
     static Register& all();
 
     void build();
     void run();
     bool wait_until(FrameClock::Clock::time_point time);
-    bool compute();
+    bool compute(double time_s);
     void make_way();
     void publish();
     void choose_place();
@@ -111,7 +110,9 @@ class SharedRoom {
     const GroupKey key_;
     const Scene scene_;
     const std::shared_ptr<Entry> entry_;
-    const std::shared_ptr<void> measured_;  ///< GrowingLength::hear()
+    const std::shared_ptr<GrowingLength> length_;  ///< of all rooms of the group
+    const std::shared_ptr<void> measured_;         ///< GrowingLength::hear()
+    std::optional<double> room_length_s_;          ///< room_length_s() of the scene
 
     std::atomic<int> waiting_ = 0;  ///< turns that have not begun or not ended
 
@@ -124,6 +125,8 @@ class SharedRoom {
     Vec3 place_;
     int rays_ = 0;
     RayLoad load_;
+    int reported_rays_ = 0;  ///< the last report
+    int reported_wanted_ = 0;
     double took_s_ = 0;                      ///< to compute the last frame
     int still_frames_ = 0;                   ///< frames since the listener has moved
     FrameClock::Clock::time_point moved_{};  ///< when it has

@@ -22,8 +22,7 @@ double first_length_s(double room_length_s) {
     return std::min(room_length_s, kLongest_s);
 }
 
-void GrowingLength::fit(Scene& scene) {
-    const std::optional<double> room_s = room_length_s(scene);
+void GrowingLength::fit(Scene& scene, std::optional<double> room_s) {
     const std::lock_guard lock(mutex_);
     changes_ = false;
     if (!room_s) {

@@ -21,9 +21,9 @@ double first_length_s(double room_length_s);
 /// one of the new length. A length that the scene sets is kept.
 class GrowingLength {
  public:
-    /// Sets the present length in a scene. A room that sounds for another time begins with its
-    /// first length. [building thread]
-    void fit(Scene& scene);
+    /// Sets the present length in a scene, which sounds for `room_s` (room_length_s()). A room that
+    /// sounds for another time begins with its first length. [building thread]
+    void fit(Scene& scene, std::optional<double> room_s);
 
     /// Counts a room as heard until the result is destroyed, before this object. Nothing is
     /// measured while there are several, whose frames slow down each other. [any thread]

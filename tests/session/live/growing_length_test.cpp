@@ -17,7 +17,7 @@ Scene hall() {
 }
 
 double fitted_s(GrowingLength& length, Scene scene) {
-    length.fit(scene);
+    length.fit(scene, room_length_s(scene));
     return double{scene.simulation.ir_length_s.value_or(0)};
 }
 
