@@ -9,6 +9,7 @@
 #include "audio/file/naming.h"
 #include "audio/file/part_file.h"
 #include "aula/exception.h"
+#include "engine/mesh/mesh_import.h"
 
 namespace aula {
 
@@ -64,7 +65,10 @@ std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) 
     for (const Object& object : scene.objects)
         files.insert(files.end(), object.files.begin(), object.files.end());
     for (const Source& source : scene.sources) {
-        if (source.signal == Source::Signal::file) files.push_back(source.signal_file);
+        if (source.signal == Source::Signal::file) {
+            const auto inside = SoundInModel::of_name(source.signal_file);
+            files.push_back(inside ? inside->model : source.signal_file);
+        }
         if (!source.directivity_file.empty()) files.push_back(source.directivity_file);
     }
     files.insert(files.end(), arguments.measured.begin(), arguments.measured.end());

@@ -187,7 +187,13 @@ TEST_CASE("Bad options of a report are refused with one line and status 2") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
     const std::string out = folder.path() / "out.html";
+    // Scenes may play a sound inside a model.
+    folder.write("model.gltf", "{}");
+    std::string text = kSmallRoom;
+    text.replace(text.find("\"noise\""), 7, "\"model.gltf#0\"");
+    const std::string sounding = folder.write("sounding.json", text);
     const std::vector<Refused> all = {
+        {{"report", sounding, "--html", folder.path() / "model.gltf"}, {"would replace the input"}},
         {{"report"}, {"SCENE"}},
         {{"report", scene}, {"--html"}},
         {{"report", scene, "--html", folder.path()}, {"is a directory"}},
