@@ -28,7 +28,7 @@ std::vector<std::string> words_of(std::string_view name);
 
 /// Calls `use` with each of the words of a list.
 template <typename Use>
-void for_each_word(std::string_view list, const Use& use) {
+constexpr void for_each_word(std::string_view list, const Use& use) {
     while (!list.empty()) {
         const std::size_t end = std::min(list.find(' '), list.size());
         use(list.substr(0, end));

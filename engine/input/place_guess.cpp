@@ -1,5 +1,6 @@
 #include "engine/input/place_guess.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string_view>
@@ -22,13 +23,22 @@ constexpr std::array kPlaces{
               "source speaker loudspeaker lautsprecher quelle schallquelle tonquelle sprecher "
               "hautparleur enceinte altavoz altavoces parlante fuente"}};
 
+constexpr std::size_t kLongestWord = [] {
+    std::size_t longest = 0;
+    for (const NameWords& place : kPlaces)
+        for_each_word(place.words,
+                      [&](std::string_view word) { longest = std::max(longest, word.size()); });
+    return longest;
+}();
+
 }  // namespace
 
 std::optional<PlaceGuess> guess_place(const std::string& name) {
     const std::vector<std::string> words = words_of(name);
     for (std::size_t first = 0; first < words.size(); ++first) {
         std::string rest;  // "haut-parleur" in one word
-        for (std::size_t i = first; i < words.size(); ++i) rest += words[i];
+        for (std::size_t i = first; i < words.size() && rest.size() < kLongestWord; ++i)
+            rest += words[i];
         std::optional<PlaceGuess> guess;
         for (const NameWords& place : kPlaces) {
             for_each_word(place.words, [&](std::string_view listed) {

@@ -1,6 +1,7 @@
 #include "engine/input/place_guess.h"
 
 #include <catch2/catch.hpp>
+#include <ctime>
 #include <string>
 
 using namespace aula;
@@ -29,4 +30,13 @@ TEST_CASE("Names of four languages mean sources and listeners") {
 TEST_CASE("Words of sources within others mean nothing") {
     for (const std::string name : {"", "Empty", "Resource", "Lichtquelle", "Gehör", "001", "\xcc"})
         CHECK_FALSE(guess_place(name));
+}
+
+TEST_CASE("The time for a name grows with its length, not with the square of it") {
+    std::string name;
+    for (int i = 0; i < 100'000; ++i) name += "a ";
+    const std::clock_t start = std::clock();
+    CHECK(guess_place(name + "haut parleur"));
+    // Joining all words from each one on takes at least 10 s.
+    CHECK(std::clock() - start < 5 * CLOCKS_PER_SEC);
 }
