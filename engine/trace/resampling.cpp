@@ -60,6 +60,7 @@ void divide(std::size_t places, Generations& generations) {
 }  // namespace
 
 float Thinning::next(double energy, double u) {
+    if (!(energy > 0)) return 0;
     constexpr double kShare = double{kFewest} / double{kMost};
     highest_energy_ = std::max(highest_energy_, energy);
     const double thinning_from = double{PathBatch::kRouletteEnergy} * highest_energy_;

@@ -45,7 +45,8 @@ class Thinning {
     static constexpr std::size_t kFewest = 6;
 
     /// Sets the number of places for paths of that total energy. Returns the factor of their
-    /// energies if they survive, which `u`, uniform in 0..1, decides; else 0.
+    /// energies if they survive, which `u`, uniform in 0..1, decides; else 0. Paths
+    /// without energy do not.
     float next(double energy, double u);
 
     std::size_t places() const { return places_; }

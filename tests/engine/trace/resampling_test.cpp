@@ -176,3 +176,13 @@ TEST_CASE("thinning keeps the mean energy, and paths that never end by themselve
     CHECK(alive < kRuns / 10);
     CHECK(places / kRuns < 0.5 * 32 * kSteps);
 }
+
+TEST_CASE("Thinning is unchanged by steps without energy") {
+    Thinning thinning;
+    CHECK(thinning.next(0, 0.5) == 0);
+    CHECK(thinning.places() == Thinning::kMost);
+    CHECK(thinning.next(1, 0.5) == 1);
+    CHECK(thinning.next(0, 0.5) == 0);
+    // The roulette still counts all steps so far.
+    CHECK(thinning.next(1e-12, 0.999) == 0);
+}
