@@ -105,9 +105,12 @@ std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source
 std::shared_ptr<const Signal> SharedSignals::read(std::size_t index) {
     const Source& source = scene_.sources[index];
     if (source.signal != Source::Signal::file) return read_signal(scene_, index, sample_rate_hz_);
+    const auto inside = SoundInModel::of_name(source.signal_file);
     std::error_code missing;
-    const std::filesystem::path name = std::filesystem::canonical(source.signal_file, missing);
+    std::filesystem::path name =
+        std::filesystem::canonical(inside ? inside->model : source.signal_file, missing);
     if (missing) return read_signal(scene_, index, sample_rate_hz_);  // throws the reason
+    if (inside) name = SoundInModel{std::move(name), inside->number}.name();
     std::shared_ptr<const Signal>& file = files_[{name, source.loop}];
     if (!file) file = read_signal(scene_, index, sample_rate_hz_);
     return file;

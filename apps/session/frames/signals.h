@@ -71,7 +71,8 @@ using SignalSet = std::vector<std::shared_ptr<const Signal>>;
 std::shared_ptr<const Signal> read_signal(const Scene& scene, std::size_t source,
                                           double sample_rate_hz);
 
-/// Reads the signals of a scene's sources. Sources that play the same file share its samples.
+/// Reads the signals of a scene's sources. Sources that play the same file, or the same
+/// sound inside a model, share its samples.
 class SharedSignals {
  public:
     /// The scene must outlive the object.
@@ -82,7 +83,7 @@ class SharedSignals {
     std::shared_ptr<const Signal> read(std::size_t index);
 
  private:
-    using File = std::pair<std::filesystem::path, bool>;  ///< canonical; whether it is looped
+    using File = std::pair<std::filesystem::path, bool>;  ///< canonical name; whether it is looped
 
     const Scene& scene_;
     double sample_rate_hz_;

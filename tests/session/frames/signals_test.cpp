@@ -140,3 +140,27 @@ TEST_CASE("Sources that play the same file share its samples, and its warnings a
     CHECK_FALSE(signals[0]->length_samples());
     CHECK(warnings_of(signals).size() == 2);
 }
+
+TEST_CASE("Sources that play the same sound inside a model share its samples") {
+    const aula::test::TemporaryFolder folder;
+    aula::WavWriter file(folder.path() / "a.wav", kRate_hz, 1, aula::SampleFormat::float32);
+    file.write(std::vector<float>(100, 0.5F));
+    file.commit();
+    std::filesystem::rename(folder.path() / "a.wav", folder.path() / "sound.bin");
+    const auto bytes = std::filesystem::file_size(folder.path() / "sound.bin");
+    folder.write("room.gltf",
+                 R"({"asset": {"version": "2.0"}, "extensions": {"KHR_audio_emitter":
+                     {"audio": [{"bufferView": 0}, {"bufferView": 0}]}},
+                     "buffers": [{"uri": "sound.bin", "byteLength": )" +
+                     std::to_string(bytes) + R"(}], "bufferViews": [{"buffer": 0, "byteLength": )" +
+                     std::to_string(bytes) + "}]}");
+    aula::Scene scene;
+    for (const char* name : {"room.gltf#0", "./room.gltf#0", "room.gltf#1"}) {
+        scene.sources.push_back(source(Source::Signal::file, false));
+        scene.sources.back().signal_file = folder.path() / name;
+    }
+    const auto signals = aula::read_signals(scene, kRate_hz);
+    CHECK(signals[0]->length_samples() == 100);
+    CHECK(signals[0] == signals[1]);
+    CHECK(signals[0] != signals[2]);
+}
