@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "engine/input/place_guess.h"
 #include "engine/mesh/gltf_accessors.h"
@@ -105,7 +106,9 @@ void GltfPlaces::read_sound(const JsonReader& source, ImportedPlace& place) cons
     if (!reference) return;
     const std::size_t number = gltf_index(*reference, sounds_.size(), "sounds");
     const auto uri = sounds_[number].find("uri");
-    if (!uri || uri->string("a file beside this one").starts_with("data:")) {
+    // A data URI may be long, and have many sources: it is not copied.
+    const auto* const written = uri ? std::get_if<std::string>(&uri->value().value) : nullptr;
+    if (!uri || (written != nullptr && written->starts_with("data:"))) {
         place.sound_inside = number;
         if (const auto type = sounds_[number].find("mimeType"))
             place.sound_type = type->string("a type");

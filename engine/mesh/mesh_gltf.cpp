@@ -4,6 +4,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -89,6 +90,13 @@ glm::dmat4 local_transform(const JsonReader& node) {
     return matrix;
 }
 
+/// The bytes of an item of "audio" that are inside the file. Valid as long as the accessors.
+std::string_view sound_bytes(const JsonReader& sound, GltfAccessors& accessors) {
+    const auto uri = sound.find("uri");
+    return uri ? accessors.data(*uri)
+               : accessors.view(sound.require("bufferView", "the number of a buffer view"));
+}
+
 class GltfReader {
  public:
     GltfReader(const JsonReader& root, std::optional<std::string_view> binary,
@@ -110,18 +118,15 @@ class GltfReader {
         const std::vector<JsonReader> scenes = gltf_list(root_, "scenes");
         const auto chosen = root_.find("scene");
         if (scenes.empty() && !chosen) root_.fail("no scene; expected at least one");
-        // Without a chosen one the first that has faces.
-        std::size_t scene = chosen ? gltf_index(*chosen, scenes.size(), "scenes") : 0;
+        const std::size_t scene =
+            chosen ? gltf_index(*chosen, scenes.size(), "scenes") : first_with_faces(scenes);
         read_nodes(gltf_list(scenes[scene], "nodes"));
-        while (!chosen && !builder_.has_faces() && scene + 1 < scenes.size()) {
-            places_ = GltfPlaces(root_);
-            read_nodes(gltf_list(scenes[++scene], "nodes"));
-        }
         if (chosen && !builder_.has_faces() && scenes.size() > 1)
             chosen->fail("scene " + std::to_string(scene) + " of " + std::to_string(scenes.size()) +
                          " holds no triangle; expected the number of one that does");
         ImportedMesh mesh = builder_.take();
         mesh.places = places_.take();
+        mesh.sounds_inside = sounds_of(mesh.places);
         const auto of_scene = scenes[scene].find("name");
         mesh.scene = of_scene ? of_scene->string("a name") : std::to_string(scene);
         mesh.scene_count = scenes.size();
@@ -137,6 +142,59 @@ class GltfReader {
     }
 
  private:
+    /// The first scene that has triangles, strips or fans; 0 if none has. Scenes may share nodes,
+    /// and nodes meshes: each is searched once.
+    std::size_t first_with_faces(const std::vector<JsonReader>& scenes) const {
+        std::vector<bool> searched(meshes_.size(), false);
+        std::vector<bool> reached(nodes_.size(), false);
+        for (std::size_t scene = 0; scene < scenes.size(); ++scene) {
+            std::vector<JsonReader> open = gltf_list(scenes[scene], "nodes");
+            while (!open.empty()) {
+                const std::size_t index = gltf_index(open.back(), nodes_.size(), "nodes");
+                open.pop_back();
+                if (reached[index]) continue;
+                reached[index] = true;
+                const std::vector<JsonReader> children = gltf_list(nodes_[index], "children");
+                open.insert(open.end(), children.begin(), children.end());
+                const auto reference = nodes_[index].find("mesh");
+                if (!reference) continue;
+                const std::size_t mesh = gltf_index(*reference, meshes_.size(), "meshes");
+                if (searched[mesh]) continue;
+                searched[mesh] = true;
+                for (const JsonReader& primitive : gltf_list(meshes_[mesh], "primitives"))
+                    if (mode_of(primitive) >= triangles) return scene;
+            }
+        }
+        return 0;
+    }
+
+    enum Mode { triangles = 4, triangle_strip = 5, triangle_fan = 6 };
+
+    /// The beginnings of the sounds inside that places have.
+    std::map<std::size_t, SoundBeginning> sounds_of(const std::vector<ImportedPlace>& places) {
+        std::map<std::size_t, SoundBeginning> sounds;
+        const auto audio = gltf_extension(root_, kGltfAudio);
+        if (!audio) return sounds;
+        const std::vector<JsonReader> all = gltf_list(*audio, "audio");
+        for (const ImportedPlace& place : places) {
+            if (!place.sound_inside) continue;
+            const auto [sound, is_new] = sounds.try_emplace(*place.sound_inside);
+            if (!is_new) continue;
+            try {
+                const std::string_view bytes = sound_bytes(all[sound->first], accessors_);
+                sound->second.bytes = bytes.substr(0, SoundBeginning::kBytes);
+            } catch (const InputError& reason) {
+                sound->second.error = reason.what();
+            }
+        }
+        return sounds;
+    }
+
+    static int mode_of(const JsonReader& primitive) {
+        const auto mode = primitive.find("mode");
+        return mode ? mode->integer(0, 6) : triangles;
+    }
+
     /// Reads the trees of nodes.
     void read_nodes(const std::vector<JsonReader>& roots) {
         struct Open {
@@ -219,9 +277,7 @@ class GltfReader {
     }
 
     void add_primitive(const JsonReader& primitive, const glm::dmat4& transform) {
-        enum Mode { triangles = 4, triangle_strip = 5, triangle_fan = 6 };
-        const auto mode_json = primitive.find("mode");
-        const int mode = mode_json ? mode_json->integer(0, 6) : triangles;
+        const int mode = mode_of(primitive);
         if (mode < triangles) return;  // points and lines
         const JsonReader position = primitive.require("attributes", "an object with \"POSITION\"")
                                         .require("POSITION", "the number of an accessor");
@@ -313,10 +369,7 @@ std::string read_gltf_sound(std::string_view bytes, std::size_t number, const Op
     if (number >= sounds.size())
         throw InputError("has no sound " + std::to_string(number) + "; expected a number below " +
                          std::to_string(sounds.size()));
-    const auto uri = sounds[number].find("uri");
-    return std::string(
-        uri ? accessors.data(*uri)
-            : accessors.view(sounds[number].require("bufferView", "the number of a buffer view")));
+    return std::string(sound_bytes(sounds[number], accessors));
 }
 
 ImportedMesh read_gltf(std::string_view bytes, const OpenBuffer& open) {

@@ -73,8 +73,9 @@ ImportedMesh import_mesh(const std::filesystem::path& file) {
     const std::string extension = extension_of(file);
     std::vector<std::filesystem::path> files;
     const auto bytes = [&](const std::filesystem::path& part) {
+        std::string all = read_regular_file(part, kMaxMeshBytes, "a mesh file");
         files.push_back(part);
-        return read_regular_file(part, kMaxMeshBytes, "a mesh file");
+        return all;
     };
     ImportedMesh mesh;
     if (extension == ".obj") {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -30,6 +31,14 @@ struct ImportedPlace {
     std::string sound_type;  ///< of the sound inside, such as "audio/mpeg"; may be empty
 };
 
+/// The beginning of a sound inside a model.
+struct SoundBeginning {
+    static constexpr std::size_t kBytes = 4;
+
+    std::string bytes;  ///< kBytes, or fewer of a shorter sound
+    std::string error;  ///< why it cannot be read; empty: it can
+};
+
 /// The triangles of a mesh file with node transforms applied, in the axes and units of the file.
 /// Triangles without area, points and lines are omitted.
 struct ImportedMesh {
@@ -44,6 +53,7 @@ struct ImportedMesh {
     std::size_t scene_count = 0;           ///< of the file
     std::size_t global_emitter_count = 0;  ///< sounds of the scene that have no place
     std::vector<ImportedPlace> places;
+    std::map<std::size_t, SoundBeginning> sounds_inside;  ///< of places, by SoundInModel::number
     /// The "extras" of materials by their names: an object, or nothing.
     std::vector<std::pair<std::string, JsonValue>> material_extras;
 };

@@ -65,13 +65,11 @@ std::string library_spelling(std::string name) {
     return name;
 }
 
-constexpr std::uint64_t kSoundMark = 4;
-
-/// Whether the first bytes are those of a file that read_sound() may read.
-bool is_sound(std::string_view bytes) {
-    constexpr std::array<std::string_view, 10> kMarks{"RIFF", "RIFX", "RF64", "riff", "FORM",
-                                                      ".snd", "caff", "fLaC", "OggS", "NIST"};
-    const std::string_view mark = bytes.substr(0, kSoundMark);
+/// Whether the first bytes are those of a file that read_sound() may read: the formats of
+/// audio/file/sound_decoder.cpp.
+bool is_sound(std::string_view mark) {
+    constexpr std::array<std::string_view, 11> kMarks{
+        "RIFF", "RIFX", "RF64", "riff", "FORM", ".snd", "dns.", "caff", "fLaC", "OggS", "NIST"};
     if (mark.starts_with("ID3") || std::find(kMarks.begin(), kMarks.end(), mark) != kMarks.end())
         return true;
     // A frame of MPEG audio; layer 0 is AAC.
@@ -268,6 +266,13 @@ class SceneMaker {
         if (std::round(pitch_deg) != 0) set(object, "pitch_deg", {std::round(pitch_deg)});
     }
 
+    /// The first bytes of a sound inside the model. Throws InputError.
+    const std::string& beginning_of(const SoundInModel& inside) const {
+        const SoundBeginning& sound = mesh_.sounds_inside.at(inside.number);
+        if (!sound.error.empty()) throw InputError(inside.name().string() + ": " + sound.error);
+        return sound.bytes;
+    }
+
     /// The sound of a place, if its file is there.
     std::optional<std::string> sound_of(const ImportedPlace& place) {
         if (!place.sound_inside && place.sound.empty()) return std::nullopt;
@@ -281,14 +286,14 @@ class SceneMaker {
             return std::nullopt;
         }
         try {
-            const std::string begin = place.sound_inside
-                                          ? inside.read()
-                                          : RegularFile(name, "a sound").read(0, kSoundMark);
-            if (is_sound(begin)) return name_of(name);
-            guess(
-                "source " + quoted(place.name) + ": claps, its sound " + quoted(name.string()) +
-                (place.sound_type.empty() ? "" : " of the type " + quoted(place.sound_type)) +
-                " is of a format that is not read; expected WAV, AIFF, AU, CAF, FLAC, Ogg or MP3");
+            if (is_sound(place.sound_inside
+                             ? beginning_of(inside)
+                             : RegularFile(name, "a sound").read(0, SoundBeginning::kBytes)))
+                return name_of(name);
+            guess("source " + quoted(place.name) + ": claps, its sound " + quoted(name.string()) +
+                  (place.sound_type.empty() ? "" : " of the type " + quoted(place.sound_type)) +
+                  " is of a format that is not read; expected WAV, RF64, W64, AIFF, AU, CAF, "
+                  "FLAC, Ogg, MP3 or NIST SPHERE");
         } catch (const InputError& reason) {
             guess("source " + quoted(place.name) + ": claps, " + reason.what());
         }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <ctime>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -276,6 +277,32 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
         Contains("wrong.gltf: /materials/Panel/absorption: 3") && Contains("expected"));
 }
 
+TEST_CASE("A model with many sounds inside is read once") {
+    const TemporaryFolder folder;
+    folder.write("square.bin", square_bytes());
+    Json model = square_gltf();
+    constexpr std::size_t kSounds = 500;
+    Json& audio = model["extensions"]["KHR_audio_emitter"];
+    for (std::size_t i = 0; i < kSounds; ++i) {
+        // AU of little endian: "dns.", then zeros.
+        audio["audio"].push_back({{"uri", "data:;base64,ZG5zLgAA" + std::string(8000, 'A')}});
+        audio["sources"].push_back({{"audio", i}});
+        audio["emitters"].push_back({{"type", "positional"}, {"sources", {i}}});
+        model["scenes"][0]["nodes"].push_back(model["nodes"].size());
+        model["nodes"].push_back(
+            {{"name", "bell"}, {"extensions", {{"KHR_audio_emitter", {{"emitter", i}}}}}});
+    }
+    const auto file = folder.write("bells.gltf", model.dump());
+    const std::clock_t start = std::clock();
+    const ModelScene scene = scene_of_model(file, folder.path(), {});
+    // Reading the model for each sound takes 50 s.
+    CHECK(std::clock() - start < 2 * CLOCKS_PER_SEC);
+    CHECK(std::none_of(scene.guesses.begin(), scene.guesses.end(), [](const std::string& line) {
+        return line.find("claps") != std::string::npos;
+    }));
+    CHECK(import_mesh(file).sounds_inside.size() == kSounds);
+}
+
 TEST_CASE("Of several scenes of a glTF file the chosen one is read, else the first with faces") {
     const TemporaryFolder folder;
     folder.write("square.bin", square_bytes());
@@ -292,6 +319,36 @@ TEST_CASE("Of several scenes of a glTF file the chosen one is read, else the fir
     model["scene"] = 0;
     CHECK_THROWS_WITH(load_scene(folder.write("yard.gltf", model.dump())),
                       Contains("/scene: scene 0 of 2 holds no triangle; expected"));
+    // Lines are no faces. Sharing the Yard's node, the Hall has its speaker.
+    model.erase("scene");
+    model["meshes"].push_back(model["meshes"][0]);
+    model["meshes"][1]["primitives"][0]["mode"] = 1;
+    model["nodes"].push_back({{"mesh", 1}});
+    model["scenes"][0]["nodes"].push_back(model["nodes"].size() - 1);
+    model["scenes"][1]["nodes"].push_back(model["nodes"].size() - 2);
+    const LoadedScene shared = load_scene(folder.write("shared.gltf", model.dump()));
+    CHECK(has_guess(shared, "scene: \"Hall\""));
+    CHECK(shared.scene.sources[0].name == "Speaker");
+}
+
+TEST_CASE("Nodes that many scenes of a glTF file share are searched once") {
+    const TemporaryFolder folder;
+    folder.write("square.bin", square_bytes());
+    Json model = square_gltf();
+    // Scenes of one node each, above all others.
+    constexpr std::size_t kNodes = 10'000;
+    constexpr std::size_t kScenes = 1'000;
+    Json children = Json::array();
+    for (std::size_t n = 1; n <= kNodes; ++n) children.push_back(n);
+    for (std::size_t n = 1; n <= kNodes; ++n) model["nodes"].push_back(Json::object());
+    model["nodes"].push_back({{"children", std::move(children)}});
+    const Json square = model["scenes"][0];
+    model["scenes"] = Json(kScenes, Json{{"nodes", {kNodes + 1}}});
+    model["scenes"].push_back(square);
+    const std::clock_t start = std::clock();
+    CHECK(import_mesh(folder.write("scenes.gltf", model.dump())).scene == std::to_string(kScenes));
+    // Searching the nodes of each scene takes 5 s.
+    CHECK(std::clock() - start < 2 * CLOCKS_PER_SEC);
 }
 
 TEST_CASE("Where no room is around, people stand on the ground, or nowhere") {
