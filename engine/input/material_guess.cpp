@@ -48,7 +48,7 @@ constexpr std::array kMaterials{
         "gypsum drywall plasterboard gipskarton rigips sheetrock placoplatre pladur trockenbau"},
     NameWords{"leather_seats", "leather leder cuir cuero"},
     NameWords{"limestone", "limestone kalkstein calcaire caliza"},
-    NameWords{"linoleum", "linoleum lino vinyl pvc"},
+    NameWords{"linoleum", "linoleum lino vinyl pvc plastic plastik kunststoff plastique plastico"},
     NameWords{"marble", "marble marmor marbre marmol"},
     NameWords{
         "metal",

@@ -183,7 +183,9 @@ std::string diffuseness(const RoomReport& report, const PositionAverage& average
     if (!(std::isfinite(times) && times > kFar)) return {};
     return formatted(
         " The mean T30 of 500 and 1000 Hz is %.1f times Eyring's: the field of this room is not "
-        "diffuse, as with absorption on few surfaces.",
+        "diffuse, as with absorption on few surfaces. T30 then depends on the scattering of the "
+        "others, which is an estimate for bare walls unless their sources say otherwise: furnished "
+        "walls scatter 0.3 and more, and shorten it.",
         times);
 }
 

@@ -16,6 +16,7 @@ TEST_CASE("Names of four languages, layers and copies mean the materials that pe
         {"Wall_Plaster", "plaster"},
         {"brick wall", "brick"},
         {"Concrete.002", "concrete"},
+        {"Kunststoff schwarz", "linoleum"},
         {"Arch|Layer 3|RedBrick", "brick"},
         {"M_GlassFront", "glass"},
         {"hardwood", "wood_floor"},
