@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "process/multiversion.h"
@@ -105,6 +106,7 @@ float OctaveLevels::measure(const std::array<float, 8>& energies, std::span<cons
         }
         energy_[b] = std::max(energy_[b], 1e-30);
         wanted_[b] = std::log(double{energies[b]} / energy_[b]);
+        if (!std::isfinite(wanted_[b])) return std::numeric_limits<float>::infinity();
         worst = std::max(worst, std::abs(wanted_[b]));
     }
     return static_cast<float>(10 / std::numbers::ln10 * worst);
@@ -144,10 +146,15 @@ void OctaveLevels::step(std::span<float> response) {
 
 float OctaveLevels::correct(const std::array<float, 8>& gains, std::span<float> response) {
     assert(response.size() == taps_);
-    const float lowest = kLowestOctaveGain * *std::max_element(gains.begin(), gains.end());
+    const float greatest = *std::max_element(gains.begin(), gains.end());
+    if (!(greatest >= std::numeric_limits<float>::min())) return 0;
+    // Paths that fade out have gains whose squares are not numbers of single precision. A power of
+    // two scales them without rounding.
+    const float unit = std::ldexp(1.0F, std::ilogb(greatest));
+    for (float& x : response) x /= unit;
     std::array<float, 8> energies{};
     for (std::size_t b = 0; b < energies.size(); ++b) {
-        const float gain = std::max(gains[b], lowest);
+        const float gain = std::max(gains[b], kLowestOctaveGain * greatest) / unit;
         energies[b] = gain * gain;
     }
     float error_db = measure(energies, response);
@@ -160,7 +167,7 @@ float OctaveLevels::correct(const std::array<float, 8>& gains, std::span<float> 
         least_db = error_db;
         std::copy(response.begin(), response.end(), best_.begin());
     }
-    std::copy(best_.begin(), best_.end(), response.begin());
+    for (std::size_t n = 0; n < taps_; ++n) response[n] = unit * best_[n];
     return least_db;
 }
 

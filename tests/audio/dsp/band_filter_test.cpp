@@ -160,6 +160,22 @@ TEST_CASE("The filter has minimum phase: its energy is concentrated at the start
     CHECK(response_at(taps, 24000, 48000).real() == Approx(0.1).epsilon(0.02));
 }
 
+TEST_CASE("Gains of any magnitude give the same filter, scaled") {
+    // Paths that fade out have energies down to the smallest of single precision.
+    const Gains gains{1.2e-3F, 2.8e-3F, 6e-3F, 2e-2F, 4.6e-2F, 0.28F, 0.46F, 0.64F};
+    BandFilterDesigner designer(48000, 256);
+    std::vector<float> whole(256);
+    designer.design(gains, 9, whole);
+    for (const int exponent : {-60, -90, -105}) {
+        Gains small = gains;
+        for (float& gain : small) gain = std::ldexp(gain, exponent);
+        std::vector<float> taps(256);
+        designer.design(small, 9, taps);
+        for (std::size_t n = 0; n < taps.size(); ++n)
+            REQUIRE(std::ldexp(taps[n], -exponent) == Approx(whole[n]).margin(1e-6));
+    }
+}
+
 TEST_CASE("A silent band is at least 40 dB down and the filter stays finite") {
     const Gains gains{0, 0, 0, 1, 1, 0, 0, 0};
     const std::vector<float> taps = designed(gains, 48000, 1024);
