@@ -107,7 +107,9 @@ TEST_CASE("A report compares measured values, and has the speech of each pair") 
     CHECK(open_tags(html) == "");
     CHECK(count_of(html, "<h3>hiss at seat</h3>") == 2);  // compared, and the octaves of the pair
     CHECK(count_of(html, "<h3>hiss at back</h3>") == 2);
-    CHECK(count_of(html, "<h3>Mean of 1 measured response and of 2 simulated pairs</h3>") == 1);
+    CHECK(count_of(html,
+                   "<h3>Mean of 1 measured response (other) and of 2 simulated "
+                   "pairs</h3>") == 1);
     CHECK(html.find("<td>difference in JND</td>") != std::string::npos);
     // The measured mean of 500 and 1000 Hz.
     CHECK(html.find("<td>0.50</td><td>0.40</td><td>-</td><td>-</td><td>-</td><td>0.45</td>") !=
@@ -121,6 +123,25 @@ TEST_CASE("A report compares measured values, and has the speech of each pair") 
 
     const std::string none = report(scene, folder.path() / "out.html", {"--frames", "2"});
     CHECK(none.find("measured values") == std::string::npos);
+}
+
+TEST_CASE("A measured response at a receiver is compared with the mean of the sources there") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write(
+        "room.json", R"({"aula": 1, "geometry": [{"box": [5, 4, 3], "material": "plaster"}],
+                         "sources": [{"name": "left", "position": [1, 1, 1]},
+                                     {"name": "right", "position": [4, 1, 1]}],
+                         "listener": {"position": [3, 3, 1]}})");
+    const std::string csv =
+        folder.write("m.csv", "response,parameter,500\nseat,T30,0.5\nnowhere,T30,0.5\n");
+    const std::string html = report(scene, folder.path() / "out.html",
+                                    {"--frames", "2", "--receiver", "seat=3.7,2.9,1.2",
+                                     "--receiver", "back=4.5,3.5,1.2", "--measured", csv});
+    CHECK(count_of(html, "<h3>Mean of 2 sources at seat</h3>") == 1);
+    // A name that nothing has is seen.
+    CHECK(count_of(html,
+                   "<h3>Mean of 1 measured response (nowhere) and of 4 simulated "
+                   "pairs</h3>") == 1);
 }
 
 TEST_CASE("A line of receivers from 2 to 16 m has the numbers of ISO 3382-3") {

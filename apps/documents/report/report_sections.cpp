@@ -197,6 +197,7 @@ std::vector<Compared> comparisons(const RoomReport& report) {
     const Measurement& m = report.measurement;
     std::vector<Compared> all;
     std::vector<const PairParameters*> others;
+    std::string names;
     for (const MeasuredResponse& response : report.measured) {
         if (const auto pair = pair_named(report, response.name)) {
             const std::size_t s = *pair / m.receivers.size();
@@ -209,14 +210,24 @@ std::vector<Compared> comparisons(const RoomReport& report) {
                     *response.transfers,
                     ReceivedLevels{.speech_db = received_db(m.response(s, r), speech.speech_db),
                                    .noise_db = speech.noise_db});
+        } else if (const auto receiver =
+                       std::find(report.receivers.begin(), report.receivers.end(), response.name);
+                   receiver != report.receivers.end()) {
+            std::vector<const PairParameters*> of_sources;
+            const auto r = static_cast<std::size_t>(receiver - report.receivers.begin());
+            for (std::size_t s = 0; s < m.sources.size(); ++s)
+                if (m.audible[m.pair(s, r)]) of_sources.push_back(&m.parameters[m.pair(s, r)]);
+            all.push_back({"Mean of " + counted(of_sources.size(), "source") + " at " + *receiver,
+                           response.parameters, average_over_positions(of_sources).mean});
         } else {
             others.push_back(&response.parameters);
+            names += (names.empty() ? "" : ", ") + response.name;
         }
     }
     if (others.empty()) return all;
     const std::vector<const PairParameters*> pairs = audible_parameters(m, report.in_room);
-    all.push_back({"Mean of " + counted(others.size(), "measured response") + " and of " +
-                       counted(pairs.size(), "simulated pair"),
+    all.push_back({"Mean of " + counted(others.size(), "measured response") + " (" + names +
+                       ") and of " + counted(pairs.size(), "simulated pair"),
                    average_over_positions(others).mean, average_over_positions(pairs).mean});
     return all;
 }
