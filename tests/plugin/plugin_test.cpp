@@ -380,7 +380,7 @@ TEST_CASE("In real time the response of a plugin begins with 4 s and grows") {
         "geometry": [{"box": [30, 20, 10], "material": "hard"}],
         "materials": {"hard": {"absorption": 0.02}},
         "sources": [{"position": [5, 5, 2]}], "listener": {"position": [20, 10, 2]},
-        "simulation": {"rays": 200, "patch_size_m": 5, "frame_rate_hz": 10, "specular_order": 0,
+        "simulation": {"rays": 200, "patch_size_m": 5, "frame_rate_hz": 5, "specular_order": 0,
                        "diffraction_order": 0}})");
     const float group = GENERATE(0.0F, 1.0F);
     CAPTURE(group);
