@@ -59,7 +59,11 @@ void GltfPlaces::add(const JsonReader& node, const glm::dmat4& transform) {
         cameras_.push_back(place_at(ImportedPlace::Kind::listener, name, transform, -front));
         return;
     }
-    if (node.find("mesh")) return;
+    if (node.find("mesh")) {
+        if (const auto shape = guess_place(name); shape && !shape->is_listener)
+            shapes_of_sources_.push_back(name);
+        return;
+    }
     std::string lower = name;
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <glm/mat4x4.hpp>
+#include <string>
 #include <vector>
 
 #include "engine/input/json_reader.h"
@@ -21,12 +22,16 @@ class GltfPlaces {
     /// Listeners by name precede cameras.
     std::vector<ImportedPlace> take();
 
+    /// Names of nodes that have a mesh, and are thus no sources, and the name of a source.
+    const std::vector<std::string>& shapes_of_sources() const { return shapes_of_sources_; }
+
  private:
     bool add_emitter(const JsonReader& node, ImportedPlace place);
     void read_sound(const JsonReader& source, ImportedPlace& place) const;
 
     std::vector<JsonReader> emitters_, sources_, sounds_;
     std::vector<ImportedPlace> places_, cameras_;
+    std::vector<std::string> shapes_of_sources_;
 };
 
 }  // namespace aula

@@ -126,6 +126,7 @@ class GltfReader {
                          " holds no triangle; expected the number of one that does");
         ImportedMesh mesh = builder_.take();
         mesh.places = places_.take();
+        mesh.shapes_of_sources = places_.shapes_of_sources();
         mesh.sounds_inside = sounds_of(mesh.places);
         const auto of_scene = scenes[scene].find("name");
         mesh.scene = of_scene ? of_scene->string("a name") : std::to_string(scene);

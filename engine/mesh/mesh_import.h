@@ -53,6 +53,7 @@ struct ImportedMesh {
     std::size_t scene_count = 0;           ///< of the file
     std::size_t global_emitter_count = 0;  ///< sounds of the scene that have no place
     std::vector<ImportedPlace> places;
+    std::vector<std::string> shapes_of_sources;  ///< names of sources that are shapes, not places
     std::map<std::size_t, SoundBeginning> sounds_inside;  ///< of places, by SoundInModel::number
     /// The "extras" of materials by their names: an object, or nothing.
     std::vector<std::pair<std::string, JsonValue>> material_extras;

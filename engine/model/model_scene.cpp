@@ -354,6 +354,10 @@ class SceneMaker {
                 source.name = "clap";
                 source.position = source_place(rays, places).value_or(middle);
                 guess("source \"clap\" at " + point_text(source.position) + ": " + reason);
+                if (const std::size_t count = mesh_.shapes_of_sources.size(); count > 0)
+                    guess("shape " + quoted(std::as_const(mesh_.shapes_of_sources[0])) +
+                          (count > 1 ? " and " + std::to_string(count - 1) + " more" : "") +
+                          ": no source; an object without faces, of such a name, before it is one");
             }
             if (!listener) {
                 listener.emplace();

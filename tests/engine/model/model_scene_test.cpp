@@ -215,6 +215,18 @@ TEST_CASE("glTF gives materials, sources, their sounds and the listener") {
     CHECK(has_guess(german, "listener \"Hörer\" at (2.00, 0.00, 1.50): \"horer\" is in its name"));
     CHECK_FALSE(has_guess(german, "Speaker_Left"));
 
+    // A modelled loudspeaker is none, and is named where nothing else is a source.
+    Json shapes = model;
+    for (Json& node : shapes["nodes"]) {
+        node["name"] = node.contains("mesh") ? "Lautsprecher links" : "Empty";
+        node.erase("extensions");
+    }
+    const LoadedScene modelled =
+        load_scene(folder.write("shapes.gltf", shapes.dump()), SignalFiles::optional);
+    CHECK(modelled.scene.sources[0].name == "clap");
+    CHECK(has_guess(modelled, "shape \"Lautsprecher links\""));
+    CHECK_FALSE(has_guess(german, "shape"));
+
     // Each sound of an emitter is a source. URIs have no spaces.
     folder.write("two words.wav", "OggS");
     Json several = model;
