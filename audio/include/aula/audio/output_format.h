@@ -15,8 +15,8 @@ enum class OutputFormat {
 
 /// An output format and its name on the command line, in datasets and in Python.
 struct OutputFormatName {
-    const char* name;
-    OutputFormat format;
+    const char* name;     ///< "binaural", "mono", "foa", "toa"
+    OutputFormat format;  ///< of this name
 };
 
 /// The names of all output formats.

@@ -16,6 +16,7 @@ namespace aula {
 /// one or, in the shadow, the strong one of the smallest length; the energies of all add up to the
 /// direct sound. What walls transmit of the straight path is one more path of order 0.
 struct SoundPath {
+    /// How the sound comes to the listener.
     enum class Kind : std::uint8_t {
         direct,        ///< the straight path, which nothing blocks
         image,         ///< the straight path from an image source
@@ -27,9 +28,9 @@ struct SoundPath {
     /// distant one by a frame without this key.
     static constexpr std::uint64_t kMain = 0;
 
-    Kind kind = Kind::direct;
-    int order = 0;       ///< number of reflections; 0: direct sound
-    float length_m = 0;  ///< length of the path from the source to the listener
+    Kind kind = Kind::direct;  ///< how the sound comes to the listener
+    int order = 0;             ///< number of reflections; 0: direct sound
+    float length_m = 0;        ///< length of the path from the source to the listener
     /// Unit vector from the listener to the image source or edge, world axes; shorter, in
     /// proportion to the distance, within 0.1 m.
     Vec3 direction{0};
