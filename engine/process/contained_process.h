@@ -21,8 +21,9 @@ using ContainedProgram = std::variant<std::span<const std::byte>, std::filesyste
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
 /// allocate without limit. Its program is embedded in the host's and executed from memory, or is a
 /// file, and confines itself (contain()). It reads the file from standard input and answers on
-/// standard output; its environment holds LD_LIBRARY_PATH only, with the folders in which the host's
-/// binary finds its libraries. The destructor kills it and waits for it, by its process id only.
+/// standard output; its environment holds LD_LIBRARY_PATH only, with the folders in which the
+/// host's binary finds its libraries. The destructor kills it and waits for it, by its process id
+/// only.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular
