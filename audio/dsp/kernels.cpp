@@ -14,11 +14,9 @@ namespace {
 constexpr std::size_t kTile = 64;
 constexpr std::size_t kSmallTile = 16;
 
-}  // namespace
-
 AULA_MULTIVERSION
-void filter(const float* __restrict x, const float* __restrict h, std::size_t taps,
-            float* __restrict out, std::size_t samples) noexcept {
+void filter_loop(const float* __restrict x, const float* __restrict h, std::size_t taps,
+                 float* __restrict out, std::size_t samples) noexcept {
     std::size_t n = 0;
     for (; n + kTile <= samples; n += kTile) {
         std::array<float, kTile> sum{};
@@ -53,8 +51,8 @@ void filter(const float* __restrict x, const float* __restrict h, std::size_t ta
 }
 
 AULA_MULTIVERSION
-float interpolate(const float* __restrict x, const float* __restrict a, const float* __restrict b,
-                  float fraction) noexcept {
+float interpolate_loop(const float* __restrict x, const float* __restrict a,
+                       const float* __restrict b, float fraction) noexcept {
     constexpr std::size_t kLanes = 16;
     std::array<float, kLanes> sum{};
     for (std::size_t k = 0; k < kInterpolationTaps; k += kLanes) {
@@ -66,6 +64,17 @@ float interpolate(const float* __restrict x, const float* __restrict a, const fl
     for (std::size_t i = 0; i < 8; ++i) sum[i] += sum[i + 8];
     for (std::size_t i = 0; i < 4; ++i) sum[i] += sum[i + 4];
     return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+}
+
+}  // namespace
+
+void filter(const float* x, const float* h, std::size_t taps, float* out,
+            std::size_t samples) noexcept {
+    best_version<filter_loop>(x, h, taps, out, samples);
+}
+
+float interpolate(const float* x, const float* a, const float* b, float fraction) noexcept {
+    return best_version<interpolate_loop>(x, a, b, fraction);
 }
 
 }  // namespace aula

@@ -100,9 +100,9 @@ float OctaveLevels::measure(const std::array<float, 8>& energies, std::span<cons
         energy_[b] = 0;
         for (std::size_t row = octaves_[b].first_row; row < octaves_[b].end_row; ++row) {
             const float* const wave = rows_.data() + row * taps_;
-            const float part = product(wave, response.data(), taps_);
+            const float part = best_version<product>(wave, response.data(), taps_);
             energy_[b] += double{part} * double{part};
-            add_scaled(part, wave, gradient, taps_);
+            best_version<add_scaled>(part, wave, gradient, taps_);
         }
         energy_[b] = std::max(energy_[b], 1e-30);
         wanted_[b] = std::log(double{energies[b]} / energy_[b]);
@@ -121,7 +121,8 @@ void OctaveLevels::step(std::span<float> response) {
     for (std::size_t b = 0; b < count; ++b)
         for (std::size_t c = 0; c <= b; ++c)
             normal_[b * count + c] =
-                4 * double{product(gradient(b), gradient(c), taps_)} / (energy_[b] * energy_[c]);
+                4 * double{best_version<product>(gradient(b), gradient(c), taps_)} /
+                (energy_[b] * energy_[c]);
     // Cholesky factorisation in place, with a small part of the diagonal against rounding.
     std::vector<double>& x = wanted_;
     for (std::size_t b = 0; b < count; ++b) {
@@ -141,7 +142,8 @@ void OctaveLevels::step(std::span<float> response) {
         x[b] /= normal_[b * count + b];
     }
     for (std::size_t b = 0; b < count; ++b)
-        add_scaled(static_cast<float>(2 * x[b] / energy_[b]), gradient(b), response.data(), taps_);
+        best_version<add_scaled>(static_cast<float>(2 * x[b] / energy_[b]), gradient(b),
+                                 response.data(), taps_);
 }
 
 float OctaveLevels::correct(const std::array<float, 8>& gains, std::span<float> response) {

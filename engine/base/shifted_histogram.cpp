@@ -150,9 +150,10 @@ void ShiftedHistogram::add(const TimeHistogram& histogram, std::size_t first_bin
                                              [&](const Region& r) { return out < r.end_bin; });
             const auto x =
                 static_cast<float>((begin_s - bins_.begin_s(out)) / double{region->width_s});
-            bin = add_bins(histogram.energy, histogram.intensity, bin, end,
-                           in.width_s / region->width_s, weight.value.data(), factors.data(), x,
-                           out, region->end_bin, energy_.data(), intensity_.data());
+            bin = best_version<add_bins>(histogram.energy, histogram.intensity, bin, end,
+                                         in.width_s / region->width_s, weight.value.data(),
+                                         factors.data(), x, out, region->end_bin, energy_.data(),
+                                         intensity_.data());
         }
     }
 }

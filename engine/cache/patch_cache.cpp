@@ -48,27 +48,23 @@ void PatchCache::begin_add(int rays, std::size_t patch_count) {
     emitted_ += static_cast<std::uint64_t>(rays);
 }
 
-void PatchCache::add_part(std::span<const DepositBatch> batches, std::size_t part) {
-    for (const DepositBatch& batch : batches) add_batch(batch, part);
-}
-
 AULA_MULTIVERSION
-void PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
+void PatchCache::add_batch(PatchCache& cache, const DepositBatch& batch, std::size_t part) {
     const std::vector<Deposit>& deposits = batch.deposits.part[part];
     for (std::size_t i = 0; i < deposits.size(); ++i) {
         // Prefetch: sums are scattered in memory.
         if (i + kPrefetchDistance < deposits.size()) {
             const Deposit& soon = deposits[i + kPrefetchDistance];
-            const Row& row = table_.rows[soon.patch];
+            const Row& row = cache.table_.rows[soon.patch];
             if (row.sum) __builtin_prefetch(&row.sum[soon.bin * kBandCount], 1);
             if (row.intensity) __builtin_prefetch(&row.intensity[soon.bin * kAxes], 1);
         }
         const Deposit& deposit = deposits[i];
-        Row& row = table_.rows[deposit.patch];
+        Row& row = cache.table_.rows[deposit.patch];
         if (!row.sum) {
-            row.sum = table_.memory->take_sums();
-            if (directed_) row.intensity = table_.memory->take_intensities();
-            ++allocated_rows_[part];
+            row.sum = cache.table_.memory->take_sums();
+            if (cache.directed_) row.intensity = cache.table_.memory->take_intensities();
+            ++cache.allocated_rows_[part];
         }
         row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
         row.end_bin = std::max<std::uint32_t>(row.end_bin, deposit.bin + 1U);
@@ -76,7 +72,7 @@ void PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
         float* const sum = &row.sum[deposit.bin * kBandCount];
         store_bands(load_bands(sum) + energy, sum);
         store_bands(load_bands(row.total) + energy, row.total.value.data());
-        if (directed_) {
+        if (cache.directed_) {
             const float all = sum_of_bands(energy)[0];
             const Vec3& from = batch.departures[deposit.ray];
             float* const intensity = &row.intensity[deposit.bin * kAxes];
@@ -84,6 +80,10 @@ void PatchCache::add_batch(const DepositBatch& batch, std::size_t part) {
                        intensity);
         }
     }
+}
+
+void PatchCache::add_part(std::span<const DepositBatch> batches, std::size_t part) {
+    for (const DepositBatch& batch : batches) best_version<add_batch>(*this, batch, part);
 }
 
 std::size_t PatchCache::allocated_rows() const {

@@ -79,7 +79,7 @@ class PatchCache {
         ~Table() { clear(); }
         void clear();
     };
-    void add_batch(const DepositBatch& batch, std::size_t part);
+    static void add_batch(PatchCache& cache, const DepositBatch& batch, std::size_t part);
 
     std::size_t bin_count_;
     bool directed_;

@@ -161,8 +161,8 @@ void SegmentCache::add_to(const RayScene& scene, const Receiver& receiver,
         if (only_present && frame.state.frame != now_.frame) continue;
         sum.add_rays(frame.rays);
         near.clear();
-        near.reserve(frame.segments.size() * SegmentLanes::kCount);  // see AULA_MULTIVERSION
-        find_near(frame.segments, receiver, wave_front_1_m2, near);
+        near.reserve(frame.segments.size() * SegmentLanes::kCount);
+        best_version<find_near>(frame.segments, receiver, wave_front_1_m2, near);
         for (const std::uint32_t i : near) {
             const PathSegment segment =
                 frame.segments[i / SegmentLanes::kCount].at(i % SegmentLanes::kCount);

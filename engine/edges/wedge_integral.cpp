@@ -322,24 +322,25 @@ void WedgeIntegral::add_end(const Terms& terms, double beyond_apex_m, double fac
         std::clamp(std::ilogb(smallest_m * kBelowScale) - kFirstNodeExponent, 0, kNodeCount - 1);
 
     Hyperbolics eta;
-    find_hyperbolics(first, beyond_apex_m, terms.apex_m, terms.product_m2, eta);
+    best_version<find_hyperbolics>(first, beyond_apex_m, terms.apex_m, terms.product_m2, eta);
     NodeValues a;
     if (nu == 0.5) {
-        find_half_cosines(first, eta.cosine, a);
+        best_version<find_half_cosines>(first, eta.cosine, a);
     } else if (nu == 2.0 / 3) {
-        find_cosines_of_right_angle(first, eta.exponential, a);
+        best_version<find_cosines_of_right_angle>(first, eta.exponential, a);
     } else {
         find_cosines(first, nu, eta.exponential, a);
     }
     // q / sinh(eta), with the weight of the series below the first node.
     constexpr double kSumOfRoots = 3.414213562373095;  // sum of 2^(-j/2): B ~ q^(-1/2)
     PartValues part_values;
-    find_parts(first, at_apex ? kSumOfRoots : 2, eta.sine, a, terms.sine, terms.twice_square,
-               part_values);
+    best_version<find_parts>(first, at_apex ? kSumOfRoots : 2, eta.sine, a, terms.sine,
+                             terms.twice_square, part_values);
     std::array<std::array<double, kBandCount>, kParts> re{};
     std::array<std::array<double, kBandCount>, kParts> im{};
     for (std::size_t part = 0; part < kParts; ++part)
-        sum_bands(first, part_values[part], decay_.data(), re[part].data(), im[part].data());
+        best_version<sum_bands>(first, part_values[part], decay_.data(), re[part].data(),
+                                im[part].data());
 
     // The step ln 2 of the trapezoid rule completes the factor i nu / (4 pi rS rR).
     const double scale =

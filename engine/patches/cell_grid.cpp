@@ -108,7 +108,7 @@ std::uint64_t CellGrid::key_at(const Vec3& point, const Vec3& normal) const {
 
 void CellGrid::keys_at(const LanePoints& points, const LanePoints& normals, std::size_t count,
                        std::array<std::uint64_t, kLanes>& keys) const {
-    cell_keys(points, normals, count, origin_, cuts_, keys);
+    best_version<cell_keys>(points, normals, count, origin_, cuts_, keys);
 }
 
 PatchCell CellGrid::cell(std::uint64_t key) const {

@@ -131,7 +131,7 @@ BruteForceIntersector::BruteForceIntersector(std::span<const Vertices> triangles
 
 void BruteForceIntersector::intersect(const RayLanes& rays, std::size_t count,
                                       HitLanes& hits) const {
-    nearest_hits(triangles_, middle_, rays, count, hits);
+    best_version<nearest_hits>(triangles_, middle_, rays, count, hits);
 }
 
 }  // namespace aula

@@ -349,14 +349,15 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
                 }
                 float* const shaped = noises.data() + c * kChunk_samples;
                 const Bands scale = gain[c] * carriers_->step();
-                shape(count, offset, {s.amplitude.level * scale, s.amplitude.slope * scale},
-                      carrier, shaped);
+                best_version<shape>(count, offset,
+                                    Ramp{s.amplitude.level * scale, s.amplitude.slope * scale},
+                                    carrier, shaped);
                 noise[c] = shaped;
             }
             for (std::size_t c = 0; c < channels_.size(); ++c) {
                 const std::size_t row = c * (c + 1) / 2;
-                mix(count, offset, c + 1, mixing.data() + row, slope.data() + row, noise,
-                    out.channels[c].data() + first);
+                best_version<mix>(count, offset, c + 1, mixing.data() + row, slope.data() + row,
+                                  noise, out.channels[c].data() + first);
             }
         }
         mixing.swap(mixing_end);

@@ -30,7 +30,7 @@ std::vector<double> white_noise(std::size_t count, std::uint64_t seed) {
 /// Levels samples to a power. The window of sample n has the energies from sums[n] to
 /// sums[n + window], which are cumulative.
 AULA_MULTIVERSION
-void level(std::span<float> samples, const double* sums, std::size_t window, double power) {
+void level_part(std::span<float> samples, const double* sums, std::size_t window, double power) {
     for (std::size_t n = 0; n < samples.size(); ++n) {
         const double mean = (sums[n + window] - sums[n]) / static_cast<double>(window);
         samples[n] *= static_cast<float>(mean > 0 ? std::sqrt(power / mean) : 1);
@@ -59,8 +59,9 @@ void level(std::vector<float>& carrier, double power, double window_samples) {
         energy[n + 1] = energy[n] + x * x;
     }
     // Windows that begin before the first sample are those of the second period.
-    level(std::span(carrier).first(half), energy.data() + period - half, 2 * half + 1, power);
-    level(std::span(carrier).subspan(half), energy.data(), 2 * half + 1, power);
+    best_version<level_part>(std::span(carrier).first(half), energy.data() + period - half,
+                             2 * half + 1, power);
+    best_version<level_part>(std::span(carrier).subspan(half), energy.data(), 2 * half + 1, power);
 }
 
 /// FNV-1a.
@@ -118,7 +119,7 @@ NoiseCarriers::NoiseCarriers(double sample_rate_hz, std::uint64_t seed,
         float peak = 0;
         for (const float x : carriers[b]) peak = std::max(peak, std::abs(x));
         step_[b] = peak / kSteps;
-        quantise(carriers[b], step_[b], whole.data());
+        best_version<quantise>(carriers[b], step_[b], whole.data());
         std::copy_n(whole.begin(), kMaxRead_samples,
                     whole.begin() + static_cast<std::ptrdiff_t>(period_samples_));
     }

@@ -44,12 +44,10 @@ OctaveBank::OctaveBank(double sample_rate_hz) {
 /// Edge by edge, so that the processor overlaps the recurrences of consecutive samples. All-passes
 /// of bands above the edge process zeros.
 AULA_MULTIVERSION
-std::vector<std::array<double, kBandCount>> OctaveBank::process(std::span<const double> signal) {
-    std::vector<std::array<double, kBandCount>> bands(signal.size());
-    for (std::size_t n = 0; n < signal.size(); ++n) bands[n][0] = signal[n];
-    for (std::size_t b = 0; b < edges_.size(); ++b) {
-        Edge edge = edges_[b];
-        for (std::array<double, kBandCount>& sample : bands) {
+void OctaveBank::split(std::span<Edge> edges, std::span<BandSample> bands) {
+    for (std::size_t b = 0; b < edges.size(); ++b) {
+        Edge edge = edges[b];
+        for (BandSample& sample : bands) {
             const double v = edge.v.process(sample[b]);
             BandDoubles all;
             std::memcpy(&all, sample.data(), sizeof all);
@@ -59,8 +57,14 @@ std::vector<std::array<double, kBandCount>> OctaveBank::process(std::span<const 
             sample[b] = (u + v) / 2;
             sample[b + 1] = (u - v) / 2;
         }
-        edges_[b] = edge;
+        edges[b] = edge;
     }
+}
+
+std::vector<std::array<double, kBandCount>> OctaveBank::process(std::span<const double> signal) {
+    std::vector<BandSample> bands(signal.size());
+    for (std::size_t n = 0; n < signal.size(); ++n) bands[n][0] = signal[n];
+    best_version<split>(std::span(edges_), std::span(bands));
     return bands;
 }
 

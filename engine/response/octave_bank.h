@@ -71,6 +71,10 @@ class OctaveBank {
         U u;                   ///< also of the bands below the edge
         V v;
     };
+    using BandSample = std::array<double, kBandCount>;
+    /// Splits samples, whose signal is in the lowest band.
+    static void split(std::span<Edge> edges, std::span<BandSample> bands);
+
     std::vector<Edge> edges_;
 };
 

@@ -57,8 +57,8 @@ void DepositTracer::collect_deposits(const PathBatch& paths, DepositBatch& out) 
     std::array<std::uint32_t, kLanes> patch;
     std::array<float, kLanes> factor;
     grid_.find_rows(paths.point, paths.normal, paths.count, patch, factor);
-    add_deposits(paths, patch, factor, bins_, 1 / double{settings().speed_of_sound_m_s},
-                 out.deposits);
+    best_version<add_deposits>(paths, patch, factor, bins_,
+                               1 / double{settings().speed_of_sound_m_s}, out.deposits);
 }
 
 }  // namespace aula

@@ -63,7 +63,7 @@ void size_spheres(std::span<Batch> batches) {
     if (!(length_m > 0)) return;
     const auto bins_per_m = static_cast<float>(count / length_m);
     std::vector<LengthBin> bins;
-    for (const TraceBatch& batch : batches) add_energies(batch, bins_per_m, bins);
+    for (const TraceBatch& batch : batches) best_version<add_energies>(batch, bins_per_m, bins);
     std::vector<Bands> inverse(bins.size());
     for (std::size_t k = 0; k < bins.size(); ++k) {
         for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -73,7 +73,7 @@ void size_spheres(std::span<Batch> batches) {
             }
         }
     }
-    for (TraceBatch& batch : batches) set_growth(inverse, bins_per_m, batch);
+    for (TraceBatch& batch : batches) best_version<set_growth>(inverse, bins_per_m, batch);
 }
 
 template void size_spheres(std::span<ArrivalBatch> batches);

@@ -195,16 +195,16 @@ void PathBatch::arrive(const RayScene& scene) {
         material[i] = surface.material;
     }
     std::fill(material.begin() + count, material.begin() + padded_lanes(count), 0);
-    find_points(count, *this);
+    best_version<find_points>(count, *this);
 }
 
 void PathBatch::scatter(const RayScene& scene, const Bands& attenuation_per_m) {
-    draw_choices(count, *this);
-    scatter_energies(scene, attenuation_per_m, *this);
+    best_version<draw_choices>(count, *this);
+    best_version<scatter_energies>(scene, attenuation_per_m, *this);
 }
 
 void PathBatch::leave(float max_length_m) {
-    turn_away(count, max_length_m, *this);
+    best_version<turn_away>(count, max_length_m, *this);
     if (behind_walls) std::fill_n(reflected.begin(), count, 1);
 }
 

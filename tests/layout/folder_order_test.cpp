@@ -37,7 +37,7 @@ const std::array kParts = {
          {"apps/documents", "apps/session", "engine", "audio"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", "rendering", ""},
-         {"apps/session", "engine", "audio"}},
+         {"apps/session", "engine", "audio", "process"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},

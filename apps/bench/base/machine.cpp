@@ -5,6 +5,8 @@
 #include <fstream>
 #include <thread>
 
+#include "process/instruction_set.h"
+
 namespace aula::bench {
 
 namespace {
@@ -20,13 +22,15 @@ std::string processor_model() {
 }
 
 std::string instruction_set() {
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (__builtin_cpu_supports("avx512f")) return "AVX-512";
-    if (__builtin_cpu_supports("avx2")) return "AVX2";
-    return "SSE2";
-#else
-    return "the compiler's default";
-#endif
+    switch (kBestInstructionSet) {
+        case InstructionSet::kAvx512:
+            return "AVX-512";
+        case InstructionSet::kAvx2:
+            return "AVX2";
+        case InstructionSet::kPortable:
+            return "the compiler's default";
+    }
+    return "";
 }
 
 }  // namespace
