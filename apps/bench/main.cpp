@@ -28,6 +28,7 @@
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
 #include "apps/bench/rendering/budget.h"
+#include "apps/bench/waves/waves.h"
 #include "apps/session/base/output_file.h"
 #include "audio/file/part_file.h"
 #include "aula/engine/scene_file.h"
@@ -155,6 +156,11 @@ class Bench {
              aula::bench::measure_preparing(settings_, sweep));
     }
 
+    void waves(const Subject& subject) {
+        take("waves in " + subject.name, aula::bench::waves_columns(),
+             aula::bench::measure_waves(subject, settings_));
+    }
+
     const std::vector<Row>& rows() const { return rows_; }
     const std::string& document() const { return document_.text(); }
 
@@ -199,6 +205,9 @@ constexpr std::array kSceneCommands{
     SceneCommand{"budget", "the rays and the CPU time of offline rendering in each quality",
                  &Bench::budget},
     SceneCommand{"sweep", "noise, bias and cost over ranges of tau and of lambda", &Bench::sweep},
+    SceneCommand{"waves",
+                 "the modes of a room: their number and cost, and the difference from a finer grid",
+                 &Bench::waves},
     SceneCommand{"trace", "segments per second of whole frames, and of Embree alone",
                  &Bench::trace},
 };

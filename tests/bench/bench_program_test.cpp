@@ -75,6 +75,29 @@ TEST_CASE("bench_smoke: noise prints a row for each estimator and writes the fig
     CHECK(result.err.empty());
 }
 
+TEST_CASE("bench_smoke: waves prints the modes of a room, and that a half-open one has none") {
+    const TemporaryFolder folder;
+    const std::string scene = folder.write("room.json", kScene).string();
+    const std::string open = folder
+                                 .write("open.json", R"({"aula": 1,
+        "geometry": [{"vertices": [[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]],
+                      "faces": [[0, 1, 2, 3]], "material": "wall"}],
+        "materials": {"wall": {"absorption": 0.3, "scattering": 0.5}},
+        "sources": [{"name": "a", "position": [1, 1, 1], "signal": "impulse"}],
+        "listener": {"position": [3, 3, 1]}})")
+                                 .string();
+    REQUIRE(run("waves " + scene + " " + open + " --json " + json_in(folder)).status == 0);
+    const nlohmann::json rows = rows_in(folder).at("rows");
+    REQUIRE(rows.size() == 2);
+    check_keys(rows[0], {"bench", "scene", "field", "volume_m3", "schroeder_hz", "highest_hz",
+                         "cells", "modes", "expected_modes", "memory_mb", "grid_s", "modes_s",
+                         "poles_s", "pair_ms", "difference_db"});
+    CHECK(rows[0]["volume_m3"].get<double>() == Approx(60).epsilon(1e-3));
+    CHECK(rows[0]["difference_db"] < 0.5);
+    CHECK(rows[0]["memory_mb"] < 100);
+    CHECK(rows[1]["field"] == "open, no modes");
+}
+
 TEST_CASE("bench_smoke: a sweep has rows for five values of tau, then for five of lambda") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kScene).string();

@@ -22,7 +22,7 @@ struct Part {
 const std::array kParts = {
     Part{"engine",
          {"process", "base", "input", "mesh", "scene", "response", "rays", "model", "edges",
-          "direct", "patches", "trace", "cache", "estimate", ""},
+          "direct", "patches", "trace", "cache", "estimate", "waves", ""},
          {"process"}},
     Part{"audio",
          {"base", "dsp", "convolution", "spatial", "render", "file", "device"},
@@ -36,7 +36,7 @@ const std::array kParts = {
          {"view", "model", "gl", ""},
          {"apps/documents", "apps/session", "engine", "audio"}},
     Part{"apps/bench",
-         {"base", "convolution", "propagation", "rendering", ""},
+         {"base", "convolution", "propagation", "rendering", "waves", ""},
          {"apps/session", "engine", "audio", "process"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/plugin", {""}, {"apps/session", "engine", "audio"}},

@@ -1,0 +1,185 @@
+#include "engine/waves/grid_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+constexpr std::uint8_t kSolid = 255;  ///< the part of a point on a wall
+
+/// A point this near a wall, in distances of points, is on it: rounding must not open a wall.
+constexpr float kOnWall = 1e-3F;
+
+}  // namespace
+
+GridPoints::GridPoints(const RayScene& scene, const GridLines& lines) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const std::vector<float>& planes = lines.planes(axis);
+        cells_[a] = static_cast<std::uint32_t>(lines.cells(axis));
+        points_[a] = cells_[a] * kPoints;
+        for (std::uint32_t p = 0; p < points_[a]; ++p) {
+            const float low = planes[p / kPoints];
+            const float share = (static_cast<float>(p % kPoints) + 0.5F) / kPoints;
+            at_m_[a].push_back(low + (planes[p / kPoints + 1] - low) * share);
+        }
+    }
+    part_.assign(std::size_t{points_[0]} * points_[1] * points_[2], 0);
+    for (std::size_t axis = 0; axis < 3; ++axis) trace(scene, lines, axis);
+    divide_cells();
+}
+
+GridPoints::Index GridPoints::on_line(std::size_t axis, std::uint32_t line,
+                                      std::uint32_t along) const {
+    const std::size_t b = axis == 0 ? 1 : 0;
+    const std::size_t c = axis == 2 ? 1 : 2;
+    Index i{};
+    i[axis] = along;
+    i[b] = line % points_[b];
+    i[c] = line / points_[b];
+    return i;
+}
+
+std::uint32_t GridPoints::part_at(const Index& i) const {
+    const std::uint8_t part = part_[point(i)];
+    const std::uint32_t cell =
+        (i[2] / kPoints * cells_[1] + i[1] / kPoints) * cells_[0] + i[0] / kPoints;
+    return part == kSolid ? kNoPart : first_part_[cell] + part;
+}
+
+void GridPoints::shrink() {
+    blocked_ = {};
+    crossings_ = {};
+    size_ = {};
+    cell_ = {};
+}
+
+/// Registers a wall at a position of a line.
+void GridPoints::meet(std::size_t axis, std::uint32_t line, float at, std::uint32_t triangle) {
+    const std::vector<float>& position = at_m_[axis];
+    const auto high = static_cast<std::uint32_t>(
+        std::lower_bound(position.begin(), position.end(), at) - position.begin());
+    const auto block = [&](std::uint32_t high_point) {
+        std::vector<GridCrossing>& all = crossings_[axis];
+        if (!all.empty() && all.back().line == line && all.back().high_point == high_point) {
+            all.back().last_m = at;
+            all.back().last_triangle = triangle;
+        } else {
+            all.push_back({high_point, line, at, at, triangle, triangle});
+        }
+        if (high_point > 0) blocked_[axis][point(on_line(axis, line, high_point - 1))] = 1;
+    };
+    const auto is_on = [&](std::uint32_t p) {
+        const float apart = position[1] - position[0];
+        return p < position.size() && std::abs(position[p] - at) < kOnWall * apart;
+    };
+    if (high > 0 && is_on(high - 1)) {
+        part_[point(on_line(axis, line, high - 1))] = kSolid;
+        block(high - 1);
+    }
+    block(high);
+    if (is_on(high)) {
+        part_[point(on_line(axis, line, high))] = kSolid;
+        block(high + 1);
+    }
+}
+
+/// Finds the walls on all lines along an axis.
+void GridPoints::trace(const RayScene& scene, const GridLines& lines, std::size_t axis) {
+    const auto a = static_cast<int>(axis);
+    blocked_[axis].assign(part_.size(), 0);
+    const std::uint32_t count = lines_along(axis);
+    const std::vector<float>& planes = lines.planes(a);
+    constexpr float kBefore_m = 0.01F;
+    const float begin = planes.front() - kBefore_m;
+    const Vec3 direction = lines.axes()[a];
+
+    struct Met {
+        std::uint32_t line = 0;
+        float at = 0;
+        std::uint32_t triangle = 0;
+    };
+    std::vector<Met> met;
+    std::vector<std::uint32_t> active(count);
+    std::vector<float> from(count, begin);
+    for (std::uint32_t i = 0; i < count; ++i) active[i] = i;
+    std::vector<Ray> rays;
+    std::vector<Hit> hits;
+    while (!active.empty()) {
+        rays.clear();
+        for (const std::uint32_t line : active) {
+            const Index i = on_line(axis, line, 0);
+            Vec3 origin(at_m_[0][i[0]], at_m_[1][i[1]], at_m_[2][i[2]]);
+            origin[a] = from[line];
+            rays.push_back(
+                {lines.to_world(origin), direction, planes.back() + kBefore_m - from[line]});
+        }
+        hits.assign(rays.size(), {});
+        scene.intersect(rays, hits);
+        std::vector<std::uint32_t> still;
+        for (std::size_t k = 0; k < active.size(); ++k) {
+            if (!hits[k].any()) continue;
+            const std::uint32_t line = active[k];
+            const float at = from[line] + hits[k].distance_m;
+            met.push_back({line, at, hits[k].triangle});
+            from[line] = at + RayScene::offset_after(std::abs(at));
+            if (from[line] < planes.back() + kBefore_m) still.push_back(line);
+        }
+        active = std::move(still);
+    }
+    std::stable_sort(met.begin(), met.end(),
+                     [](const Met& x, const Met& y) { return x.line < y.line; });
+    for (const Met& m : met) meet(axis, m.line, m.at, m.triangle);
+}
+
+/// Numbers the connected parts of each cell.
+void GridPoints::divide_cells() {
+    const std::uint32_t count = cells_[0] * cells_[1] * cells_[2];
+    std::array<std::uint32_t, kPointsOfCell> open{};
+    for (std::uint32_t cell = 0; cell < count; ++cell) {
+        const Index c = cell_index(cell);
+        const Index base{c[0] * kPoints, c[1] * kPoints, c[2] * kPoints};
+        first_part_.push_back(static_cast<std::uint32_t>(size_.size()));
+        std::array<std::uint8_t, kPointsOfCell> part{};  // + 1
+        std::uint8_t parts = 0;
+        const auto at = [&](std::uint32_t k) {
+            return point({base[0] + k % kPoints, base[1] + k / kPoints % kPoints,
+                          base[2] + k / kPoints / kPoints});
+        };
+        for (std::uint32_t seed = 0; seed < kPointsOfCell; ++seed) {
+            if (part[seed] != 0 || part_[at(seed)] == kSolid) continue;
+            ++parts;
+            std::size_t waiting = 0;
+            std::uint32_t members = 0;
+            open[waiting++] = seed;
+            part[seed] = parts;
+            while (waiting > 0) {
+                const std::uint32_t k = open[--waiting];
+                ++members;
+                std::uint32_t step = 1;
+                for (std::size_t axis = 0; axis < 3; ++axis, step *= kPoints) {
+                    const std::uint32_t along = k / step % kPoints;
+                    const auto visit = [&](std::uint32_t other, std::uint32_t low) {
+                        if (part[other] != 0 || blocked_[axis][at(low)] != 0) return;
+                        if (part_[at(other)] == kSolid) return;
+                        part[other] = parts;
+                        open[waiting++] = other;
+                    };
+                    if (along > 0) visit(k - step, k - step);
+                    if (along + 1 < kPoints) visit(k + step, k);
+                }
+            }
+            size_.push_back(members);
+            cell_.push_back(cell);
+        }
+        for (std::uint32_t k = 0; k < kPointsOfCell; ++k) {
+            if (part[k] != 0) part_[at(k)] = static_cast<std::uint8_t>(part[k] - 1);
+        }
+    }
+    first_part_.push_back(static_cast<std::uint32_t>(size_.size()));
+}
+
+}  // namespace aula

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "engine/base/worker_pool.h"
+#include "engine/waves/mode_columns.h"
+#include "engine/waves/wave_grid.h"
+
+namespace aula {
+
+/// The modes of a room with rigid walls up to a frequency.
+struct RoomModes {
+    /// [mode] squared wave numbers in 1/m2, ascending, corrected for the dispersion of the grid. 0
+    /// for the constant pressure of a closed room.
+    std::vector<double> wave_number2;
+    /// [cell][mode] pressures; the integral of the square over the room is 1.
+    ModeColumns shapes{0, 0};
+    double highest_wave_number = 0;  ///< 1/m; all modes below it were found
+    double expected_count = 0;       ///< their number by Weyl's law with the term of the walls
+    int passes = 0;                  ///< of the iteration
+    double error = 0;  ///< estimated largest relative error of a frequency by the iteration
+
+    std::size_t count() const { return wave_number2.size(); }
+};
+
+/// Weyl's number of modes below a wave number in 1/m in a room of a volume and a surface.
+double weyl_count(double wave_number, double volume_m3, double surface_m2);
+
+/// The wave number in 1/m with that number of modes below it.
+double weyl_wave_number(double count, double volume_m3, double surface_m2);
+
+/// The largest cell for modes up to a wave number: 6.5 cells in a wavelength.
+double cell_for_wave_number_m(double wave_number);
+
+/// Computes the modes up to a wave number by subspace iteration with Chebyshev's polynomials (Zhou
+/// and Saad 2007) and Rayleigh-Ritz projection. The same bytes for any number of threads.
+RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, WorkerPool& pool);
+
+}  // namespace aula

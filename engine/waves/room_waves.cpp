@@ -1,0 +1,110 @@
+#include "engine/waves/room_waves.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "engine/base/stopwatch.h"
+#include "engine/rays/room_survey.h"
+#include "engine/waves/wall_damping.h"
+
+namespace aula {
+
+namespace {
+
+/// Cells along the mean extent of the grid that measures volume and surface of the room.
+constexpr float kMeasuringCells = 14;
+
+/// The octaves 500 Hz and 1 kHz, whose reverberation gives Schroeder's frequency.
+constexpr std::array<std::size_t, 2> kMiddleOctaves{3, 4};
+
+/// Schroeder's frequency with Eyring's reverberation time.
+double schroeder_of(const WaveGrid& grid, const RayScene& scene) {
+    double absorbed_m2 = 0;
+    for (const WaveGrid::WallPiece& piece : grid.walls) {
+        for (const std::size_t band : kMiddleOctaves) {
+            const double alpha = piece.material == WaveGrid::kOpening
+                                     ? 1
+                                     : double{scene.material(piece.material).absorption[band]};
+            absorbed_m2 += alpha * double{piece.area_m2} / kMiddleOctaves.size();
+        }
+    }
+    const double surface_m2 = grid.wall_m2();
+    const double mean = std::clamp(absorbed_m2 / surface_m2, 1e-4, 0.99);
+    const double time_s = 0.161 * grid.total_volume_m3() / (surface_m2 * -std::log1p(-mean));
+    return schroeder_frequency_hz(time_s, grid.total_volume_m3());
+}
+
+double open_share(const WaveGrid& grid) {
+    double open_m2 = 0;
+    for (const WaveGrid::WallPiece& piece : grid.walls) {
+        if (piece.material == WaveGrid::kOpening) open_m2 += double{piece.area_m2};
+    }
+    return open_m2 / std::max(grid.wall_m2(), 1e-9);
+}
+
+}  // namespace
+
+std::optional<RoomWaves> RoomWaves::find(const RayScene& scene, std::span<const Vec3> places,
+                                         double speed_of_sound_m_s, const WaveLimits& limits,
+                                         WorkerPool& pool) {
+    Stopwatch watch;
+    const std::vector<Vec3> reached = room_extent(scene, places);
+    Bounds bounds;
+    bounds.add(reached);
+    const Vec3 extent = bounds.max - bounds.min;
+    const float mean_m = std::cbrt(extent.x * extent.y * extent.z);
+    if (!(mean_m > 0)) return {};
+    double wave_number = 0;
+    double schroeder_hz = 0;
+    {
+        const RoomGrid measured(scene, reached, places, mean_m / kMeasuringCells);
+        const WaveGrid& cells = measured.cells();
+        if (cells.cells() == 0 || open_share(cells) > limits.most_open) return {};
+        schroeder_hz = schroeder_of(cells, scene);
+        const double highest_hz = std::min(limits.highest_hz, limits.schroeder * schroeder_hz);
+        wave_number =
+            std::min(weyl_wave_number(limits.modes, cells.total_volume_m3(), cells.wall_m2()),
+                     2 * std::numbers::pi * highest_hz / speed_of_sound_m_s);
+    }
+    RoomWaves waves(
+        RoomGrid(scene, reached, places,
+                 static_cast<float>(cell_for_wave_number_m(wave_number) / limits.cells)),
+        speed_of_sound_m_s);
+    const WaveGrid& cells = waves.grid_.cells();
+    if (cells.cells() == 0 || open_share(cells) > limits.most_open) return {};
+    waves.schroeder_frequency_hz_ = schroeder_hz;
+    waves.times_.grid_s = watch.lap_s();
+    waves.modes_ = find_room_modes(cells, wave_number, pool);
+    waves.times_.modes_s = watch.lap_s();
+    waves.poles_ = room_poles(waves.modes_, WallDamping(cells, waves.modes_, pool), scene,
+                              speed_of_sound_m_s, pool);
+    waves.times_.poles_s = watch.lap_s();
+    return waves;
+}
+
+double RoomWaves::wave_number_of(double hz) const {
+    return 2 * std::numbers::pi * hz / speed_of_sound_m_s_;
+}
+
+double RoomWaves::hz_of(double wave_number) const {
+    return wave_number * speed_of_sound_m_s_ / (2 * std::numbers::pi);
+}
+
+std::size_t RoomWaves::memory_bytes() const {
+    std::size_t bytes = grid_.memory_bytes();
+    bytes += modes_.shapes.cells() * modes_.shapes.columns() * sizeof(float);
+    for (const DampedPole& pole : poles_) bytes += pole.shape.size() * sizeof pole.shape[0];
+    return bytes;
+}
+
+std::optional<WaveResponse> RoomWaves::response(const Vec3& source, const Vec3& receiver) const {
+    const std::optional<ModeValues> from = modes_at(grid_, modes_, source);
+    const std::optional<ModeValues> to = modes_at(grid_, modes_, receiver);
+    if (!from || !to) return {};
+    return wave_response(modes_, poles_, *from, *to);
+}
+
+}  // namespace aula

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/base/worker_pool.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/waves/mode_values.h"
+#include "engine/waves/room_grid.h"
+#include "engine/waves/room_modes.h"
+#include "engine/waves/wave_response.h"
+
+namespace aula {
+
+/// How far the modes of a room are computed.
+struct WaveLimits {
+    double modes = 180;       ///< about that number at most: the time grows with its third power
+    double highest_hz = 500;  ///< at most
+    double schroeder = 1.5;   ///< at most that multiple of Schroeder's frequency
+    double cells = 1;         ///< multiple of the cells along an axis that suffice
+    double most_open = 0.05;  ///< share of openings in the surface, above which there are no modes
+};
+
+/// The sound field of a room at low frequencies: its modes, damped by its walls. The room is the
+/// air that is connected with given places, with all objects at their present positions. Immutable.
+class RoomWaves {
+ public:
+    /// Empty if too much of the room is open, or if there is no air at the places. The same bytes
+    /// for any number of threads.
+    static std::optional<RoomWaves> find(const RayScene& scene, std::span<const Vec3> places,
+                                         double speed_of_sound_m_s, const WaveLimits& limits,
+                                         WorkerPool& pool);
+
+    const RoomGrid& grid() const { return grid_; }
+    const RoomModes& modes() const { return modes_; }
+    std::span<const DampedPole> poles() const { return poles_; }
+    double volume_m3() const { return grid_.cells().total_volume_m3(); }
+    /// Of the mean absorption at 500 Hz and 1 kHz, by Eyring.
+    double schroeder_frequency_hz() const { return schroeder_frequency_hz_; }
+    double highest_hz() const { return hz_of(modes_.highest_wave_number); }
+    double wave_number_of(double hz) const;
+    double hz_of(double wave_number) const;
+    std::size_t memory_bytes() const;
+
+    /// CPU time of the parts, s.
+    struct Times {
+        double grid_s = 0;
+        double modes_s = 0;
+        double poles_s = 0;
+    };
+    const Times& times() const { return times_; }
+
+    /// Empty at places outside the air of the room.
+    std::optional<WaveResponse> response(const Vec3& source, const Vec3& receiver) const;
+
+ private:
+    RoomWaves(RoomGrid grid, double speed_of_sound_m_s)
+        : grid_(std::move(grid)), speed_of_sound_m_s_(speed_of_sound_m_s) {}
+
+    RoomGrid grid_;
+    RoomModes modes_;
+    std::vector<DampedPole> poles_;
+    double speed_of_sound_m_s_;
+    double schroeder_frequency_hz_ = 0;
+    Times times_;
+};
+
+}  // namespace aula

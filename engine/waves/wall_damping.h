@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "engine/base/worker_pool.h"
+#include "engine/rays/ray_scene.h"
+#include "engine/waves/dense_eigen.h"
+#include "engine/waves/room_modes.h"
+#include "engine/waves/wave_grid.h"
+
+namespace aula {
+
+/// The damping of a room's modes by each material: the integral of the product of two modes over
+/// the walls of the material, in 1/m. It depends on the geometry alone.
+class WallDamping {
+ public:
+    WallDamping(const WaveGrid& grid, const RoomModes& modes, WorkerPool& pool);
+
+    /// The sum over the materials, each times the admittance that its absorption in an octave band
+    /// needs. Openings have the admittance of air, 1.
+    DenseMatrix damping(const RayScene& scene, std::size_t band) const;
+
+    /// True if the materials absorb the same in both bands.
+    bool is_equal(const RayScene& scene, std::size_t band, std::size_t other) const;
+
+ private:
+    std::size_t modes_;
+    std::map<std::uint32_t, DenseMatrix> of_;
+};
+
+/// The poles of a room with its walls in 1/m, s = j k. Those of each octave are computed with the
+/// absorption coefficients of that octave.
+std::vector<DampedPole> room_poles(const RoomModes& modes, const WallDamping& damping,
+                                   const RayScene& scene, double speed_of_sound_m_s,
+                                   WorkerPool& pool);
+
+}  // namespace aula

@@ -1,0 +1,122 @@
+#include "engine/waves/wave_response.h"
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+
+namespace aula {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+/// Below this argument the series of the integrals of sine and cosine converges faster than the
+/// continued fraction.
+constexpr double kSeriesEnd = 3;
+
+}  // namespace
+
+WaveField WaveResponse::modal(double wave_number) const {
+    const Complex s(0, wave_number);
+    WaveField sum{};
+    for (std::size_t i = 0; i < poles.size(); ++i) {
+        const bool is_real = poles[i].imag() == 0;
+        const Complex upper = 1.0 / (s - poles[i]);
+        const Complex lower = is_real ? 0.0 : 1.0 / (s - std::conj(poles[i]));
+        for (std::size_t c = 0; c < sum.size(); ++c) {
+            sum[c] += residues[i][c] * upper + std::conj(residues[i][c]) * lower;
+        }
+    }
+    return sum;
+}
+
+WaveField WaveResponse::reverberant(double wave_number) const {
+    WaveField field = modal(wave_number);
+    const double distance_m{glm::length(from_source)};
+    const auto direct = direct_field(distance_m, wave_number);
+    const auto beyond = direct_field_beyond(distance_m, wave_number, highest_wave_number);
+    field[0] -= direct[0] - beyond[0];
+    for (std::size_t a = 0; a < 3; ++a) {
+        const double along = double{from_source[static_cast<int>(a)]} / distance_m;
+        field[a + 1] -= (direct[1] - beyond[1]) * along;
+    }
+    return field;
+}
+
+WaveResponse wave_response(const RoomModes& modes, std::span<const DampedPole> poles,
+                           const ModeValues& source, const ModeValues& receiver) {
+    WaveResponse response;
+    response.highest_wave_number = modes.highest_wave_number;
+    response.from_source = receiver.place - source.place;
+    for (const DampedPole& pole : poles) {
+        Complex sent = 0;
+        WaveField received{};
+        for (std::size_t m = 0; m < modes.count(); ++m) {
+            sent += pole.shape[m] * source.pressure[m];
+            received[0] += pole.shape[m] * receiver.pressure[m];
+            for (std::size_t a = 0; a < 3; ++a) {
+                received[a + 1] += pole.shape[m] * receiver.slope[m][a];
+            }
+        }
+        for (Complex& r : received) r *= 4 * std::numbers::pi * sent;
+        response.poles.push_back(pole.pole);
+        response.residues.push_back(received);
+    }
+    return response;
+}
+
+std::array<Complex, 2> direct_field(double distance_m, double wave_number) {
+    const Complex value = std::polar(1 / distance_m, -wave_number * distance_m);
+    return {value, -value * Complex(1 / distance_m, wave_number)};
+}
+
+std::array<double, 2> direct_field_beyond(double distance_m, double wave_number, double highest) {
+    const double r = distance_m;
+    const double k = wave_number;
+    const double a = (highest - k) * r;
+    const double b = (highest + k) * r;
+    const auto [sine_a, cosine_a] = sine_cosine_integrals(a);
+    const auto [sine_b, cosine_b] = sine_cosine_integrals(b);
+    const double sines = std::numbers::pi - sine_a - sine_b;
+    const double cosines = cosine_b - cosine_a;
+    const double c = std::cos(k * r);
+    const double s = std::sin(k * r);
+    const double value = (c * sines + s * cosines) / (std::numbers::pi * r);
+    const double slope = (-k * s * sines - c * (std::sin(a) + std::sin(b)) / r + k * c * cosines +
+                          s * (std::cos(b) - std::cos(a)) / r) /
+                         (std::numbers::pi * r);
+    return {value, slope - value / r};
+}
+
+std::array<double, 2> sine_cosine_integrals(double x) {
+    if (x < kSeriesEnd) {
+        double sine = 0;
+        double cosine = 0;
+        double power = 1;  // (-1)^(n / 2) x^n / n!
+        for (int n = 1; n < 40; ++n) {
+            power *= x / n;
+            if (n % 2 == 0) power = -power;
+            (n % 2 == 1 ? sine : cosine) += power / n;
+        }
+        return {sine, std::numbers::egamma + std::log(x) + cosine};
+    }
+    // The continued fraction of E1(j x) = -Ci(x) + j (Si(x) - pi / 2), by Lentz's method.
+    Complex b(1, x);
+    Complex c = 1 / std::numeric_limits<double>::min();
+    Complex d = 1.0 / b;
+    Complex fraction = d;
+    for (int i = 1; i < 200; ++i) {
+        const double a = -static_cast<double>(i) * i;
+        b += 2.0;
+        d = 1.0 / (a * d + b);
+        c = b + a / c;
+        const Complex step = c * d;
+        fraction *= step;
+        if (std::abs(step - 1.0) < 1e-15) break;
+    }
+    const Complex integral = fraction * std::polar(1.0, -x);
+    return {std::numbers::pi / 2 + integral.imag(), -integral.real()};
+}
+
+}  // namespace aula

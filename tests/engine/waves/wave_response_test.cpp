@@ -1,0 +1,365 @@
+#include "engine/waves/wave_response.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "engine/base/sampling.h"
+#include "engine/waves/room_waves.h"
+#include "engine/waves/wall_admittance.h"
+#include "tests/engine/waves/exact_box.h"
+#include "tests/support/rooms.h"
+
+using namespace aula;
+using Complex = std::complex<double>;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kSpeed_m_s = 343.2;
+
+double wave_number_of(double hz) { return 2 * kPi * hz / kSpeed_m_s; }
+
+/// A box from the origin with a material for each wall: x low, x high, y low, ...
+Scene box_scene(const Vec3& size, const std::array<float, 6>& absorption) {
+    Object object = test::box(size);
+    Scene scene = test::grey_room(object, 0, 0, size * 0.3F, size * 0.6F);
+    scene.materials.clear();
+    for (const float a : absorption) {
+        Material material;
+        material.absorption = Bands::filled(a);
+        scene.materials.push_back(material);
+    }
+    Object& box = scene.objects.at(0);
+    for (std::size_t t = 0; t < box.triangles.size(); ++t) {
+        for (int axis = 0; axis < 3; ++axis) {
+            for (const float side : {0.0F, size[axis]}) {
+                const bool lies = std::all_of(
+                    box.triangles[t].begin(), box.triangles[t].end(), [&](std::uint32_t v) {
+                        return std::abs(box.vertices[v][axis] - side) < 1e-5F;
+                    });
+                if (lies) {
+                    box.triangle_materials[t] =
+                        static_cast<std::uint32_t>(2 * axis + (side > 0 ? 1 : 0));
+                }
+            }
+        }
+    }
+    return scene;
+}
+
+/// The field of a room with about that number of modes, without other limits.
+RoomWaves waves_of(const Scene& scene, const Vec3& place, double modes, double cells = 1) {
+    const RayScene rays(scene);
+    WorkerPool pool(1);
+    const WaveLimits limits{
+        .modes = modes, .highest_hz = 1e4, .schroeder = 1e4, .cells = cells, .most_open = 0.05};
+    return RoomWaves::find(rays, std::vector{place}, kSpeed_m_s, limits, pool).value();
+}
+
+/// The pressure with the direct sound.
+Complex pressure(const WaveResponse& response, double wave_number) {
+    return response.reverberant(wave_number)[0] +
+           direct_field(double{glm::length(response.from_source)}, wave_number)[0];
+}
+
+test::DampedBox damped_box(const Vec3& size, const std::array<float, 6>& absorption) {
+    test::DampedBox box{size, {}};
+    for (std::size_t wall = 0; wall < 6; ++wall) {
+        box.admittance[wall / 2][wall % 2] = admittance_of_absorption(double{absorption[wall]});
+    }
+    return box;
+}
+
+/// Places in a box, away from its walls and from a source.
+std::vector<Vec3> places_in(const Vec3& size, const Vec3& source, std::size_t count) {
+    std::vector<Vec3> places;
+    RandomStream random(3);
+    while (places.size() < count) {
+        Vec3 at(0);
+        for (int axis = 0; axis < 3; ++axis) {
+            at[axis] = size[axis] * (0.08F + 0.84F * random.uniform());
+        }
+        const bool apart = glm::distance(at, source) > 0.15F * size.z + 0.4F;
+        if (apart && std::abs(at.x - source.x) > 0.06F * size.x) places.push_back(at);
+    }
+    return places;
+}
+
+double db(double energy) { return 10 * std::log10(energy); }
+
+double correlation(const std::vector<double>& a, const std::vector<double>& b) {
+    const auto n = static_cast<double>(a.size());
+    double ma = 0;
+    double mb = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ma += a[i] / n;
+        mb += b[i] / n;
+    }
+    double aa = 0;
+    double bb = 0;
+    double ab = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        aa += (a[i] - ma) * (a[i] - ma);
+        bb += (b[i] - mb) * (b[i] - mb);
+        ab += (a[i] - ma) * (b[i] - mb);
+    }
+    return ab / std::sqrt(aa * bb);
+}
+
+}  // namespace
+
+TEST_CASE("wave_response: octaves and responses of boxes are those of the exact field") {
+    struct Case {
+        const char* name;
+        Vec3 size;
+        std::array<float, 6> absorption;
+    };
+    const Case room = GENERATE(Case{"living room", {5, 4, 3}, {.1F, .1F, .1F, .1F, .1F, .1F}},
+                               Case{"bathroom", {2, 2, 2.4F}, {.05F, .05F, .05F, .05F, .05F, .05F}},
+                               Case{"carpet", {5, 4, 3}, {.05F, .05F, .05F, .05F, .6F, .05F}},
+                               Case{"absorbing wall", {5, 4, 3}, {.9F, .1F, .1F, .1F, .1F, .1F}},
+                               Case{"low room", {6, 4.5F, 2.5F}, {.3F, .3F, .3F, .3F, .3F, .3F}});
+    CAPTURE(room.name);
+    const RoomWaves waves = waves_of(box_scene(room.size, room.absorption), room.size * 0.3F, 220);
+    const Vec3 source = room.size * Vec3(.24F, .275F, .5F);
+    const std::vector<Vec3> receivers = places_in(room.size, source, 20);
+    std::vector<double> hz;
+    std::vector<double> wave_numbers;
+    for (double f = 20; f < 200; f += 0.5) {
+        hz.push_back(f);
+        wave_numbers.push_back(wave_number_of(f));
+    }
+    const auto truth = test::exact_box(damped_box(room.size, room.absorption), source, receivers,
+                                       wave_numbers, wave_number_of(650));
+    std::vector<double> correlations;
+    for (std::size_t r = 0; r < receivers.size(); ++r) {
+        const WaveResponse response = waves.response(source, receivers[r]).value();
+        std::array<double, 2> sum{};  // [octave]
+        std::array<double, 2> exact{};
+        std::vector<double> levels;
+        std::vector<double> exact_levels;
+        for (std::size_t i = 0; i < hz.size(); ++i) {
+            const double energy = std::norm(pressure(response, wave_numbers[i]));
+            levels.push_back(db(energy));
+            exact_levels.push_back(db(std::norm(truth[r][i])));
+            if (hz[i] < 44 || hz[i] > 177) continue;
+            sum[hz[i] < 88 ? 0 : 1] += energy;
+            exact[hz[i] < 88 ? 0 : 1] += std::norm(truth[r][i]);
+        }
+        CAPTURE(r, receivers[r].x, receivers[r].y, receivers[r].z);
+        CHECK(std::abs(db(sum[0] / exact[0])) < 1);
+        CHECK(std::abs(db(sum[1] / exact[1])) < 1);
+        correlations.push_back(correlation(levels, exact_levels));
+    }
+    // At one place of the 100, near the centre of the bathroom, it is 0.96.
+    std::sort(correlations.begin(), correlations.end());
+    CHECK(correlations[0] > 0.95);
+    CHECK(correlations[1] > 0.97);
+    CHECK(correlations[10] > 0.99);
+}
+
+TEST_CASE("wave_response: the poles of a box have the exact frequencies and decays") {
+    const Vec3 size(5, 4, 3);
+    const std::array<float, 6> absorption{.1F, .1F, .2F, .1F, .3F, .1F};
+    const RoomWaves waves = waves_of(box_scene(size, absorption), size * 0.3F, 120);
+    const test::DampedBox box = damped_box(size, absorption);
+    int compared = 0;
+    for (int a = 0; a < 5; ++a) {
+        for (int b = 0; b < 4; ++b) {
+            for (int c = 0; c < 3; ++c) {
+                const Complex exact = test::exact_pole(box, {a, b, c});
+                if (a + b + c == 0 || exact.imag() > 0.8 * waves.modes().highest_wave_number)
+                    continue;
+                const auto nearest = std::min_element(
+                    waves.poles().begin(), waves.poles().end(), [&](const auto& x, const auto& y) {
+                        return std::abs(x.pole - exact) < std::abs(y.pole - exact);
+                    });
+                CAPTURE(a, b, c);
+                CHECK(nearest->pole.imag() == Approx(exact.imag()).epsilon(3e-3));
+                CHECK(nearest->pole.real() == Approx(exact.real()).epsilon(5e-2));
+                ++compared;
+            }
+        }
+    }
+    CHECK(compared > 25);
+}
+
+TEST_CASE("wave_response: the gradient is that of the pressure, in turned rooms as well") {
+    const Vec3 size(5, 4, 3);
+    Scene scene = box_scene(size, {.1F, .1F, .1F, .1F, .1F, .1F});
+    const glm::mat3 rotation = Pose{Vec3(0), 0.4F, 0, 0}.rotation();
+    for (Vec3& v : scene.objects[0].vertices) v = rotation * v;
+    const RoomWaves waves = waves_of(scene, rotation * (size * 0.3F), 80);
+    const Vec3 source = rotation * Vec3(1.2F, 1.1F, 1.5F);
+    const Vec3 receiver = rotation * Vec3(3.4F, 2.3F, 1.1F);
+    const double k = wave_number_of(90);
+    const WaveField field = waves.response(source, receiver).value().reverberant(k);
+    constexpr float kStep_m = 0.02F;
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3 step(0);
+        step[axis] = kStep_m;
+        const Complex difference =
+            (waves.response(source, receiver + step).value().reverberant(k)[0] -
+             waves.response(source, receiver - step).value().reverberant(k)[0]) /
+            (2 * double{kStep_m});
+        CHECK(std::abs(difference - field[static_cast<std::size_t>(axis) + 1]) <
+              0.01 * k * std::abs(field[0]));
+    }
+}
+
+TEST_CASE("wave_response: source and receiver are interchangeable") {
+    Object room = test::l_shaped_room();
+    Scene scene = test::grey_room(room, 0.2F, 0.1F, Vec3(1), Vec3(2));
+    const RoomWaves waves = waves_of(scene, Vec3(1), 80);
+    const WaveResponse there = waves.response({1.1F, 0.8F, 1.4F}, {1.7F, 4.9F, 2.1F}).value();
+    const WaveResponse back = waves.response({1.7F, 4.9F, 2.1F}, {1.1F, 0.8F, 1.4F}).value();
+    for (const double hz : {30.0, 63.0, 100.0}) {
+        const Complex a = there.reverberant(wave_number_of(hz))[0];
+        const Complex b = back.reverberant(wave_number_of(hz))[0];
+        CHECK(std::abs(a - b) < 1e-6 * std::abs(a));
+    }
+}
+
+TEST_CASE("wave_response: a room twice as large has half the pressure at half the frequency") {
+    const auto pressures = [](float scale) {
+        Object room = test::l_shaped_room();
+        for (Vec3& v : room.vertices) v *= scale;
+        const RoomWaves waves = waves_of(
+            test::grey_room(room, 0.2F, 0.1F, Vec3(scale), Vec3(2 * scale)), Vec3(scale), 80);
+        const WaveResponse response =
+            waves.response(scale * Vec3(1.1F, 0.8F, 1.4F), scale * Vec3(1.7F, 4.9F, 2.1F)).value();
+        std::vector<Complex> result;
+        for (double hz = 20; hz < 80; hz += 5) {
+            const double k = wave_number_of(hz) / double{scale};
+            result.push_back(pressure(response, k) * double{scale});
+        }
+        return result;
+    };
+    const std::vector<Complex> once = pressures(1);
+    const std::vector<Complex> twice = pressures(2);
+    for (std::size_t i = 0; i < once.size(); ++i) {
+        // The iteration ends within 1e-4 of a frequency.
+        CHECK(std::abs(once[i] - twice[i]) < 5e-3 * std::abs(once[i]));
+    }
+}
+
+TEST_CASE("wave_response: the walls absorb the power that the source radiates") {
+    // At a resonance: the source's power is that of the field at its place, Im(p) k / (8 pi rho c)
+    // up to a factor that the walls share: the integral of the admittance times |p|^2 over them.
+    const Vec3 size(4, 3, 2.5F);
+    const std::array<float, 6> absorption{.1F, .1F, .2F, .1F, .3F, .1F};
+    const RoomWaves waves = waves_of(box_scene(size, absorption), size * 0.3F, 120);
+    const Vec3 source(1, 0.9F, 1.2F);
+    const test::DampedBox box = damped_box(size, absorption);
+    for (const double hz : {45.0, 70.0, 90.0}) {
+        const double k = wave_number_of(hz);
+        const double radiated =
+            -waves.response(source, source).value().modal(k)[0].imag() * 4 * kPi;
+        double absorbed = 0;
+        constexpr int kParts = 12;
+        for (int wall = 0; wall < 6; ++wall) {
+            const int axis = wall / 2;
+            const int b = (axis + 1) % 3;
+            const int c = (axis + 2) % 3;
+            const float area_m2 = size[b] * size[c] / (kParts * kParts);
+            for (int i = 0; i < kParts * kParts; ++i) {
+                Vec3 at(0);
+                at[axis] = wall % 2 == 0 ? 1e-3F : size[axis] - 1e-3F;
+                at[b] = size[b] * (static_cast<float>(i % kParts) + 0.5F) / kParts;
+                at[c] = size[c] * (static_cast<float>(i / kParts) + 0.5F) / kParts;
+                absorbed += k *
+                            box.admittance[static_cast<std::size_t>(axis)]
+                                          [static_cast<std::size_t>(wall % 2)] *
+                            double{area_m2} *
+                            std::norm(waves.response(source, at).value().modal(k)[0]);
+            }
+        }
+        CHECK(absorbed == Approx(radiated).epsilon(0.03));
+    }
+}
+
+TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer grid") {
+    Object room;
+    Vec3 source(0);
+    std::vector<Vec3> receivers;
+    SECTION("corridor") {
+        room = test::l_shaped_room();
+        for (Vec3& v : room.vertices) v *= Vec3(0.67F, 0.67F, 0.87F);  // 2 m wide
+        source = {3.4F, 0.8F, 1.3F};
+        receivers = {{0.9F, 3.5F, 1.2F}, {1.3F, 2.9F, 1.7F}, {0.5F, 2.5F, 0.9F}};
+    }
+    SECTION("a door of 0.9 m x 2 m in a thin wall") {
+        room = test::box({6, 4, 2.6F});
+        // The wall x = 3 beside and above the door, y from 1.5 to 2.4.
+        const auto add = [&](float y0, float y1, float z0, float z1) {
+            const auto first = static_cast<std::uint32_t>(room.vertices.size());
+            for (const Vec3 v :
+                 {Vec3(3, y0, z0), Vec3(3, y1, z0), Vec3(3, y1, z1), Vec3(3, y0, z1)})
+                room.vertices.push_back(v);
+            room.triangles.push_back({first, first + 1, first + 2});
+            room.triangles.push_back({first, first + 2, first + 3});
+            room.triangle_materials.insert(room.triangle_materials.end(), 2, 0);
+        };
+        add(0, 1.5F, 0, 2.6F);
+        add(2.4F, 4, 0, 2.6F);
+        add(1.5F, 2.4F, 2, 2.6F);
+        source = {1.2F, 1.1F, 1.5F};
+        receivers = {{4.9F, 0.9F, 1.2F}, {4.1F, 2.9F, 1.7F}, {5.5F, 2.5F, 0.9F}};
+    }
+    const Scene scene = test::grey_room(room, 0.1F, 0.1F, source, receivers[0]);
+    const RoomWaves coarse = waves_of(scene, source, 110);
+    const RoomWaves fine = waves_of(scene, source, 110, 2.2);
+    CHECK(fine.grid().cells().cells() > 8 * coarse.grid().cells().cells());
+    for (const Vec3& receiver : receivers) {
+        const WaveResponse a = coarse.response(source, receiver).value();
+        const WaveResponse b = fine.response(source, receiver).value();
+        for (const double octave : {63.0, 125.0}) {
+            double sum = 0;
+            double finer = 0;
+            for (double hz = octave / std::sqrt(2.0); hz < octave * std::sqrt(2.0); hz += 0.5) {
+                sum += std::norm(pressure(a, wave_number_of(hz)));
+                finer += std::norm(pressure(b, wave_number_of(hz)));
+            }
+            CAPTURE(octave);
+            CHECK(std::abs(db(sum / finer)) < 1.5);
+        }
+    }
+}
+
+TEST_CASE("wall_admittance: absorption in a diffuse field by Paris") {
+    CHECK(absorption_of_admittance(1) == Approx(0.909).margin(1e-3));
+    for (const double alpha : {0.01, 0.1, 0.5, 0.9, 0.95}) {
+        CHECK(absorption_of_admittance(admittance_of_absorption(alpha)) == Approx(alpha));
+    }
+    CHECK(admittance_of_absorption(1) == admittance_of_absorption(0.99));
+    CHECK(admittance_of_absorption(1) == Approx(0.64).margin(0.03));
+    CHECK(admittance_of_absorption(0) == Approx(0).margin(1e-9));
+}
+
+TEST_CASE("wave_response: the direct sound beyond a wave number") {
+    CHECK(sine_cosine_integrals(1)[0] == Approx(0.946083));
+    CHECK(sine_cosine_integrals(1)[1] == Approx(0.337404));
+    CHECK(sine_cosine_integrals(5)[0] == Approx(1.549931));
+    CHECK(sine_cosine_integrals(5)[1] == Approx(-0.190030));
+    // Of an integral that was computed numerically up to 200 / m, and the remainder of a sine.
+    const double r = 1.3;
+    const double k = 2;
+    double sum = 0;
+    constexpr double kStep = 1e-3;
+    for (double at = 4.5 + kStep / 2; at < 200; at += kStep) {
+        sum += 2 / (kPi * r) * at * std::sin(at * r) / (at * at - k * k) * kStep;
+    }
+    sum += 2 / (kPi * r) * std::cos(200 * r) / (200 * r);
+    const auto [value, slope] = direct_field_beyond(r, k, 4.5);
+    CHECK(value == Approx(sum).margin(1e-3));
+    CHECK(slope == Approx((direct_field_beyond(r + 1e-4, k, 4.5)[0] -
+                           direct_field_beyond(r - 1e-4, k, 4.5)[0]) /
+                          2e-4)
+                       .margin(1e-4));
+}
