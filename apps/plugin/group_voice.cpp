@@ -51,7 +51,7 @@ GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimen
       values_(controls_->read()),
       trajectory_(dimensions.config.longest_delay_s),
       responses_(make_noise_carriers(rate_hz_, room_->scene().simulation.seed),
-                 room_->response_length_s(), room_->scene().sources[0].name,
+                 room_->scene().medium, room_->response_length_s(), room_->scene().sources[0].name,
                  field_order(dimensions.config)),
       frames_(dimensions.config, dimensions.hrtf),
       tail_samples_(std::llround(

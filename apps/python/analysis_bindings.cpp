@@ -14,6 +14,7 @@
 #include "apps/python/scene_bindings.h"
 #include "apps/session/base/printable.h"
 #include "apps/session/offline/analysis_text.h"
+#include "aula/engine/third_octaves.h"
 
 namespace aula {
 

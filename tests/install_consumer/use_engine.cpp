@@ -13,7 +13,7 @@ int main(int, char** argv) {
                       .listeners = {scene.listener.pose.position}});
     const aula::RoomParameters parameters = aula::room_parameters(propagation.response(0));
     aula::ImpulseResponseBuilder builder(aula::make_noise_carriers(48000, 1),
-                                         propagation.response_length_s(), "source");
+                                         scene.medium, propagation.response_length_s(), "source");
     aula::ImpulseResponse response;
     builder.build(propagation.response(0), response);
     std::printf("G %.1f dB at 1 kHz, %zu samples\n", parameters[4].g_db.value_or(-999),

@@ -21,7 +21,7 @@ struct Part {
 
 const std::array kParts = {
     Part{"engine",
-         {"process", "base", "input", "mesh", "scene", "response", "rays", "model", "edges",
+         {"process", "base", "input", "mesh", "scene", "response", "tail", "rays", "model", "edges",
           "direct", "patches", "trace", "cache", "estimate", "waves", ""},
          {"process"}},
     Part{"audio",

@@ -237,7 +237,7 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
                      .listeners = {Vec3(0)}};
     const auto carriers = make_noise_carriers(48000.0, scene.simulation.seed);
     const double length_s = propagation.response_length_s();
-    ImpulseResponseBuilder builder(carriers, length_s, "left");
+    ImpulseResponseBuilder builder(carriers, scene.medium, length_s, "left");
     ImpulseResponse response;
     constexpr int kPositions = 60;
     constexpr float kStep_m = 0.06F;  // a sixth of the wavelength
@@ -253,7 +253,7 @@ TEST_CASE("Along a walk the tail of a 1 kHz tone varies less than in a diffuse f
     const double diffuse_db = 10 / std::log(10.0) * std::numbers::pi / std::sqrt(6.0);
     std::vector<double> independent_db;
     for (int name = 0; name < 2 * kPositions; ++name) {
-        ImpulseResponseBuilder(carriers, length_s, std::to_string(name))
+        ImpulseResponseBuilder(carriers, scene.medium, length_s, std::to_string(name))
             .build(propagation.response(0), response);
         independent_db.push_back(tail_level_db(response, 1000));
     }

@@ -57,7 +57,8 @@ Speed measure_speed(const Subject& subject, Estimator estimator, const RayScene&
     WorkerPool workers(subject.threads);
     WorkerPool one_worker(1);
     ImpulseResponseBuilder builder(make_noise_carriers(kSampleRate_hz, simulation.seed),
-                                   propagation->response_length_s(), subject.scene.sources[0].name);
+                                   subject.scene.medium, propagation->response_length_s(),
+                                   subject.scene.sources[0].name);
     ImpulseResponse impulse_response;
     const FrameInput input{
         0, {subject.scene.sources[0].position_at(0)}, {subject.scene.listener.pose_at(0).position}};

@@ -44,6 +44,7 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
       config_(checked_config(renderer_config(scene, propagation_.response_length_s(), settings),
                              settings, hrtf.get())),
       carriers_(make_noise_carriers(settings.sample_rate_hz, scene.simulation.seed)),
+      medium_(scene.medium),
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
       rays_(scene.simulation.ray_count()),
       listeners_(settings.listeners),
@@ -57,8 +58,9 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
 
 FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
     return {source,
-            std::make_unique<ImpulseResponseBuilder>(carriers_, propagation_.response_length_s(),
-                                                     source.name, field_order(config_)),
+            std::make_unique<ImpulseResponseBuilder>(carriers_, medium_,
+                                                     propagation_.response_length_s(), source.name,
+                                                     field_order(config_)),
             SourceTrajectory(config_.longest_delay_s),
             {}};
 }

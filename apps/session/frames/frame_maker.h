@@ -109,6 +109,7 @@ class FrameMaker {
     RendererConfig config_;
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::vector<std::unique_ptr<RenderFrameBuilder>> builders_;  ///< [listener]
+    Medium medium_;
     float speed_of_sound_m_s_;
     FrameInput input_;
     int rays_;            ///< of the newest frame

@@ -6,6 +6,7 @@
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/printable.h"
 #include "apps/session/offline/measurement_text.h"
+#include "aula/engine/third_octaves.h"
 
 namespace aula {
 

@@ -12,7 +12,7 @@
 #include "aula/exception.h"
 #include "aula/measurement.h"
 #include "engine/base/sampling.h"
-#include "engine/response/noise_carriers.h"
+#include "engine/tail/noise_carriers.h"
 
 namespace aula {
 
@@ -99,8 +99,10 @@ std::shared_ptr<const DiffuseNoise> ImpulseResponses::State::noise_of(std::size_
     noise_set = {source, set};
     noise = std::make_shared<const DiffuseNoise>(
         points,
-        static_cast<std::size_t>(std::ceil(
-            noise_period_s(measurement.length_s, field_order(config)) * config.sample_rate_hz)),
+        NoiseCarriers::fast_period(config.sample_rate_hz,
+                                   static_cast<std::size_t>(std::ceil(
+                                       noise_period_s(measurement.length_s, field_order(config)) *
+                                       config.sample_rate_hz))),
         config.sample_rate_hz, double{measurement.response(source).speed_of_sound_m_s},
         derive_seed(NoiseCarriers::source_seed(measurement.simulation.seed,
                                                measurement.sources[source].name),
@@ -114,8 +116,7 @@ std::shared_ptr<const NoiseCarriers> ImpulseResponses::State::carriers(std::size
     const std::shared_ptr<const DiffuseNoise> noises =
         noise_of(source, receiver / DiffuseNoise::kMaxPoints);
     const std::vector<float>& at = noises->at(receiver % DiffuseNoise::kMaxPoints);
-    return std::make_shared<const NoiseCarriers>(config.sample_rate_hz,
-                                                 std::vector<double>(at.begin(), at.end()));
+    return std::make_shared<const NoiseCarriers>(config.sample_rate_hz, at);
 }
 
 ImpulseResponses::ImpulseResponses(const Measurement& measurement,
@@ -135,7 +136,7 @@ std::vector<std::vector<float>> ImpulseResponses::response(std::size_t source,
                                                            std::size_t receiver) const {
     const Measurement& m = state_->measurement;
     const EnergyResponse& energy = m.response(source, receiver);
-    ImpulseResponseBuilder builder(state_->carriers(source, receiver), m.length_s,
+    ImpulseResponseBuilder builder(state_->carriers(source, receiver), m.medium, m.length_s,
                                    m.sources[source].name, field_order(state_->config));
     ImpulseResponse response;
     builder.build(energy, response);

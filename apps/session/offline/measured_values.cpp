@@ -15,6 +15,7 @@
 #include "apps/session/offline/analysis_text.h"
 #include "apps/session/offline/measurement_text.h"
 #include "aula/audio/sound_file.h"
+#include "aula/engine/third_octaves.h"
 #include "aula/exception.h"
 #include "process/regular_file.h"
 

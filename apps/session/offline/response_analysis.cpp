@@ -8,6 +8,7 @@
 #include "apps/session/offline/acoustic_parameters.h"
 #include "apps/session/offline/measurement_text.h"
 #include "aula/audio/sound_file.h"
+#include "aula/engine/third_octaves.h"
 #include "aula/exception.h"
 #include "engine/response/measured_decay.h"
 
@@ -16,11 +17,6 @@ namespace aula {
 namespace {
 
 constexpr double kShortest_s = 0.05;  // C50 needs it
-
-constexpr std::array<const char*, kThirdOctaveCount> kThirdOctaves{
-    "50",   "63",   "80",   "100",  "125",  "160",   "200",   "250",  "315",
-    "400",  "500",  "630",  "800",  "1000", "1250",  "1600",  "2000", "2500",
-    "3150", "4000", "5000", "6300", "8000", "10000", "12500", "16000"};
 
 /// Indices of the lowest bands (FrequencyBand::at).
 constexpr int kFirstOctave = -4;
@@ -167,8 +163,6 @@ std::span<const float> sounding(std::span<const float> response) {
 }
 
 }  // namespace
-
-std::string third_octave_name(std::size_t third) { return kThirdOctaves[third]; }
 
 ResponseAnalysis analyse_response(const std::string& name, std::span<const float> response,
                                   double sample_rate_hz, const AnalysisOptions& options) {

@@ -41,12 +41,6 @@ struct ResponseAnalysis {
     std::vector<std::string> warnings;        ///< what limits the results, one line each
 };
 
-/// Third octaves from 50 Hz to 16 kHz.
-inline constexpr std::size_t kThirdOctaveCount = 26;
-
-/// The nominal centre of a third octave in Hz: "50" to "16000" (IEC 61260-1).
-std::string third_octave_name(std::size_t third);
-
 /// Analyses a response. A band whose upper edge is above half of the sample rate has no parameters.
 /// Decay times need the decay range of room_parameters(), and a product of band width and time of
 /// at least 4 (ISO 3382-1, 5.3.3). Warnings begin with the name. Throws InputError for a response

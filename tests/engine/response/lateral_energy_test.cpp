@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/response/directional_covariance.h"
+#include "engine/tail/directional_covariance.h"
 
 namespace {
 

@@ -10,6 +10,7 @@
 #include "apps/session/offline/measured_values.h"
 #include "apps/session/offline/measurement_text.h"
 #include "aula/audio/sound_file.h"
+#include "aula/engine/third_octaves.h"
 #include "aula/exception.h"
 #include "tests/support/program.h"
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "aula/engine/energy_response.h"
+#include "aula/engine/medium.h"
 
 namespace aula {
 
@@ -22,24 +23,25 @@ struct ImpulseResponse {
 
 class NoiseCarriers;
 
-/// Generates the octave-band noise that all impulse responses of a scene are shaped from. Their
+/// Generates the third-octave noise that all impulse responses of a scene are shaped from. Their
 /// builders share it. `sample_rate_hz` is at least 8000. Equal seeds give equal noise. The result
 /// is immutable and may be used by several threads.
 std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz, std::uint64_t seed);
 
 /// Synthesises impulse responses from the energy responses of one source. Noise carriers are shaped
-/// by the square root of the energy of each band, with p^2 = 4 pi I. They are scaled such that the
-/// total energy of each band is exact, and mixed to the directional covariance of the field
-/// (optimal covariance mixing, Vilkamo 2013). The carriers are constant: from frame to frame only
-/// energies and directions change. Carriers of sources with different names are independent. W does
-/// not depend on the order. [one thread at a time; allocates]
+/// by the square root of the energy of each third octave, with p^2 = 4 pi I: the loss by surfaces
+/// is interpolated between octaves, that by air is exact. They are scaled such that the total
+/// energy of each octave is exact, and mixed to the directional covariance of the field (optimal
+/// covariance mixing, Vilkamo 2013). The carriers are constant: from frame to frame only energies
+/// and directions change. Carriers of sources with different names are independent. W does not
+/// depend on the order. [one thread at a time; allocates]
 class ImpulseResponseBuilder {
  public:
     /// Responses have the length `length_s` > 0: longer energy responses are truncated, shorter
-    /// ones are padded with silence. `source` is the source's name, which selects its carriers.
-    /// `ambisonic_order` is 0 to 3.
-    ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers, double length_s,
-                           std::string_view source, int ambisonic_order = 1);
+    /// ones are padded with silence. `medium` is that of the energy responses. `source` is the
+    /// source's name, which selects its carriers. `ambisonic_order` is 0 to 3.
+    ImpulseResponseBuilder(std::shared_ptr<const NoiseCarriers> carriers, const Medium& medium,
+                           double length_s, std::string_view source, int ambisonic_order = 1);
     ~ImpulseResponseBuilder();
     /// The builder that was moved from can only be assigned to or destroyed.
     ImpulseResponseBuilder(ImpulseResponseBuilder&&) noexcept;

@@ -10,11 +10,14 @@
 #include <vector>
 
 #include "aula/engine/impulse_response.h"
-#include "engine/response/noise_carriers.h"
+#include "engine/tail/noise_carriers.h"
 
 namespace aula::test {
 
 inline constexpr double kRate_hz = 48000;
+/// Does not attenuate sound: third octaves differ by surfaces only.
+inline constexpr Medium kNoAir{.air_absorption = false};
+
 inline constexpr double kFourPi = 4 * std::numbers::pi;
 
 /// Diffuse, energy per second e0 exp(-13.8155 t / T) from `begin_s` on.
@@ -51,7 +54,7 @@ inline std::shared_ptr<const NoiseCarriers> carriers(std::uint64_t seed) {
 inline ImpulseResponse build(const EnergyResponse& energy, double length_s, std::uint64_t seed = 1,
                              const std::string& source = "source") {
     ImpulseResponse ir;
-    ImpulseResponseBuilder(carriers(seed), length_s, source).build(energy, ir);
+    ImpulseResponseBuilder(carriers(seed), kNoAir, length_s, source).build(energy, ir);
     return ir;
 }
 

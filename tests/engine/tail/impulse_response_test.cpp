@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/response/octave_bank.h"
-#include "tests/engine/response/response_building.h"
+#include "tests/engine/tail/response_building.h"
 
 using namespace aula;
 using namespace aula::test;
@@ -27,32 +27,40 @@ OctaveSums octaves(const std::vector<float>& samples) {
     return sum;
 }
 
-/// Energy per octave of a unit impulse: the share of white noise in each band.
-OctaveSums shares() { return octaves({1.0F}); }
+/// The share of white noise in each octave of the carriers, the highest up to half of the rate.
+OctaveSums shares() {
+    OctaveSums sum{};
+    for (std::size_t k = 0; k < NoiseCarriers::kCount; ++k)
+        sum[ThirdOctaveModel::octave(k)] += double{carriers(1)->power()[k]};
+    return sum;
+}
 
 }  // namespace
 
 TEST_CASE("the energy of a band is 4 pi times its energy response times its share of white noise") {
     const OctaveSums share = shares();
-    ImpulseResponseBuilder builder(carriers(1), 1.0, "source");
+    ImpulseResponseBuilder builder(carriers(1), kNoAir, 1.0, "source");
     for (std::size_t b = 0; b < kBandCount; ++b) {
         std::array<double, kBandCount> start{};
         start[b] = 0.3;
         const EnergyResponse r = decay(1.0, all(0.4), start, 0.01);
         ImpulseResponse ir;
         builder.build(r, ir);
-        // Rounding: float sums over 2000 cells and of 48,000 products.
-        CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(b) * share[b]).epsilon(1e-4));
+        // What is cut off before the start of the low carriers, and the middle of envelopes.
+        // Above 11 kHz the energy is that of noise in 0.4 s of 10 kHz, 1.5 %, but for levelling.
+        const double rounding = b == 7 ? 0.02 : 0.002;
+        CHECK(energy_of(ir.channels[0]) ==
+              Approx(kFourPi * r.total(b) * share[b]).epsilon(rounding));
         for (std::size_t c = 1; c < 4; ++c) {
             CHECK(energy_of(ir.channels[c]) ==
-                  Approx(kFourPi * r.total(b) * share[b] / 3).epsilon(1e-4));
+                  Approx(kFourPi * r.total(b) * share[b] / 3).epsilon(rounding));
         }
     }
 }
 
 TEST_CASE("a flat energy response has the octave spectrum of an impulse of its energy") {
     const EnergyResponse r = decay(1.0, all(0.5), all(1));
-    const OctaveSums share = shares();
+    const OctaveSums share = octaves({1.0F});
     constexpr int kSources = 16;
     OctaveSums sum{};
     for (int i = 0; i < kSources; ++i) {
@@ -171,19 +179,19 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
         const auto noise = aula::make_noise_carriers(rate_hz, 1);
         const auto built = [&](const EnergyResponse& r) {
             ImpulseResponse ir;
-            ImpulseResponseBuilder(noise, 0.5, "source", 0).build(r, ir);
+            ImpulseResponseBuilder(noise, kNoAir, 0.5, "source", 0).build(r, ir);
             return ir.channels[0];
         };
         EnergyResponse steady = EnergyResponse::silent(TimeBins(0.5));
         EnergyResponse silent = steady;
         for (std::size_t i = 0; i < steady.bins.count(); ++i) {
-            steady.energy[i][7] = static_cast<float>(steady.bins.end_s(i) - steady.bins.begin_s(i));
+            steady.energy[i][6] = static_cast<float>(steady.bins.end_s(i) - steady.bins.begin_s(i));
         }
         const std::vector<float> even = built(steady);
         for (const double time_s : {0.0203, 0.1, 0.3}) {
             EnergyResponse r = silent;
             const std::size_t bin = r.bins.index(time_s);
-            r.energy[bin][7] = 1;
+            r.energy[bin][6] = 1;
             const std::vector<float> single = built(r);
             const double begin = r.bins.begin_s(bin) * rate_hz;
             const double centre = 0.5 * (begin + r.bins.end_s(bin) * rate_hz);
@@ -191,7 +199,7 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
             double n = 0, t1 = 0, t2 = 0, y1 = 0, ty = 0;
             for (auto k = static_cast<std::size_t>(begin) + 2; static_cast<double>(k) + 2 < centre;
                  ++k) {
-                if (std::abs(even[k]) < 2e-3F) continue;
+                if (std::abs(even[k]) < 5e-4F) continue;
                 const double t = static_cast<double>(k) + 0.5 - begin;
                 const double y = double{single[k]} / double{even[k]};
                 n += 1;
@@ -213,10 +221,11 @@ TEST_CASE("the envelope starts where its first bin starts, to a hundredth of a s
 }
 
 TEST_CASE("at the edge of two bins the amplitude is the geometric mean of both") {
-    // A decay by 6 dB per bin at 8 kHz; the carrier cancels in the ratio to a steady response.
+    // A decay by 6 dB per bin at 4 kHz, of one carrier, which cancels in the ratio to a steady
+    // response.
     const auto built = [](const EnergyResponse& r) {
         ImpulseResponse ir;
-        ImpulseResponseBuilder(carriers(1), 0.2, "source", 0).build(r, ir);
+        ImpulseResponseBuilder(carriers(1), kNoAir, 0.2, "source", 0).build(r, ir);
         return ir.channels[0];
     };
     EnergyResponse steady = EnergyResponse::silent(TimeBins(0.2));
@@ -225,9 +234,9 @@ TEST_CASE("at the edge of two bins the amplitude is the geometric mean of both")
     const std::size_t first = bins.index(0.1);
     for (std::size_t i = 0; i < bins.count(); ++i) {
         const auto width_s = static_cast<float>(bins.end_s(i) - bins.begin_s(i));
-        steady.energy[i][7] = width_s;
+        steady.energy[i][6] = width_s;
         if (i >= first)
-            falling.energy[i][7] = width_s * std::pow(0.25F, static_cast<float>(i - first));
+            falling.energy[i][6] = width_s * std::pow(0.25F, static_cast<float>(i - first));
     }
     const std::vector<float> even = built(steady);
     const std::vector<float> heard = built(falling);
@@ -236,7 +245,7 @@ TEST_CASE("at the edge of two bins the amplitude is the geometric mean of both")
         double n = 0, t1 = 0, t2 = 0, y1 = 0, ty = 0;
         for (auto k = static_cast<std::size_t>(from_s * kRate_hz) + 2;
              static_cast<double>(k) + 2 < to_s * kRate_hz; ++k) {
-            if (std::abs(even[k]) < 2e-3F) continue;
+            if (std::abs(even[k]) < 5e-4F) continue;
             const double t = static_cast<double>(k) + 0.5 - at_s * kRate_hz;
             const double y = double{heard[k]} / double{even[k]};
             n += 1;
@@ -248,7 +257,7 @@ TEST_CASE("at the edge of two bins the amplitude is the geometric mean of both")
         REQUIRE(n >= 8);
         return (t2 * y1 - t1 * ty) / (n * t2 - t1 * t1);
     };
-    // Not the first bins, whose energy spreads over a period of 8 kHz.
+    // Not the first bins, whose energy spreads over a period of 4 kHz.
     for (std::size_t i = first + 2; i < first + 6; ++i) {
         const double centre_s = 0.5 * (bins.begin_s(i) + bins.end_s(i));
         const double edge = ratio_at(bins.end_s(i), centre_s, bins.end_s(i));
@@ -267,7 +276,7 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
     constexpr double kLength_s = 5.5;
     const EnergyResponse r = decay(kLength_s, all(20), all(1));
     ImpulseResponse ir;
-    ImpulseResponseBuilder(carriers(1), kLength_s, "source", 0).build(r, ir);
+    ImpulseResponseBuilder(carriers(1), kNoAir, kLength_s, "source", 0).build(r, ir);
     REQUIRE(ir.channels[0].size() == static_cast<std::size_t>(kLength_s * kRate_hz));
     const OctaveSums share = shares();
     const auto power = [&](double t) { return std::exp(-6 * std::log(10.0) / 20 * t) * kFourPi; };
@@ -296,20 +305,21 @@ TEST_CASE("responses longer than four seconds have no gaps and the right energy 
     CHECK(actual / wanted == Approx(1).epsilon(0.02));
 }
 
-TEST_CASE("a source uses less than 2 MB besides the shared carriers at 2 s and any order") {
+TEST_CASE("a source uses 250 kB per channel besides the shared carriers at 2 s") {
     const EnergyResponse r = decay(2.0, all(1.0), all(1));
     for (int order = 0; order <= 3; ++order) {
-        ImpulseResponseBuilder builder(carriers(1), 2.0, "source", order);
+        ImpulseResponseBuilder builder(carriers(1), kNoAir, 2.0, "source", order);
         ImpulseResponse ir;
         builder.build(r, ir);
-        CHECK(builder.memory_bytes() < 2'000'000);
+        CHECK(builder.memory_bytes() <
+              50'000 + 250'000 * static_cast<std::size_t>((order + 1) * (order + 1)));
         CHECK(builder.memory_bytes() > r.bins.count());  // includes the moments of the bins
     }
-    CHECK(carriers(1)->memory_bytes() < 7'000'000);
+    CHECK(carriers(1)->memory_bytes() < 11'000'000);
 }
 
 TEST_CASE("a builder accepts responses with different bins alternately") {
-    ImpulseResponseBuilder builder(carriers(1), 0.5, "source");
+    ImpulseResponseBuilder builder(carriers(1), kNoAir, 0.5, "source");
     EnergyResponse fine = decay(0.5, all(0.5), all(1));
     EnergyResponse coarse = EnergyResponse::silent(TimeBins(0.5, 3));
     for (std::size_t i = 0; i < coarse.bins.count(); ++i) {
@@ -318,7 +328,7 @@ TEST_CASE("a builder accepts responses with different bins alternately") {
     ImpulseResponse again, alone;
     builder.build(fine, again);
     builder.build(coarse, again);
-    ImpulseResponseBuilder(carriers(1), 0.5, "source").build(coarse, alone);
+    ImpulseResponseBuilder(carriers(1), kNoAir, 0.5, "source").build(coarse, alone);
     CHECK(again.channels == alone.channels);
     CHECK(energy_of(alone.channels[0]) > 0);
 }
@@ -336,7 +346,7 @@ TEST_CASE("the response is silent before the first arrival and paths are unchang
 
 TEST_CASE("responses longer or shorter than the builder's length are truncated or padded") {
     const EnergyResponse r = decay(1.0, all(1.0), all(1));
-    ImpulseResponseBuilder builder(carriers(1), 0.3001, "source");
+    ImpulseResponseBuilder builder(carriers(1), kNoAir, 0.3001, "source");
     ImpulseResponse ir;
     builder.build(r, ir);
     CHECK(builder.length_samples() == 14405);
@@ -364,7 +374,8 @@ TEST_CASE("the impulse response has the right energy at other sample rates") {
     const EnergyResponse r = decay(0.3, all(0.5), all(1));
     for (const double rate_hz : {8000.0, 22050.0, 44100.0, 96000.0}) {
         ImpulseResponse ir;
-        ImpulseResponseBuilder(aula::make_noise_carriers(rate_hz, 1), 0.3, "source").build(r, ir);
+        ImpulseResponseBuilder(aula::make_noise_carriers(rate_hz, 1), kNoAir, 0.3, "source")
+            .build(r, ir);
         CHECK(ir.channels[0].size() == static_cast<std::size_t>(0.3 * rate_hz + 0.5));
         CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * r.total(0)).epsilon(0.03));
     }
@@ -372,8 +383,9 @@ TEST_CASE("the impulse response has the right energy at other sample rates") {
 
 TEST_CASE("of a bin that the response truncates only the part before the end remains") {
     const OctaveSums share = shares();
-    ImpulseResponseBuilder builder(carriers(1), 0.0025, "source");
-    for (std::size_t b = 0; b < kBandCount; ++b) {
+    ImpulseResponseBuilder builder(carriers(1), kNoAir, 0.0025, "source");
+    // The octaves of carriers at the full rate: low ones are interpolated beyond the end.
+    for (const std::size_t b : {5U, 6U}) {
         // Bins of 1 ms, the last one truncated to 0.5 ms; 100 s: no decay.
         std::array<double, kBandCount> start{};
         start[b] = 1;

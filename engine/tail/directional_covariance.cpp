@@ -1,4 +1,4 @@
-#include "engine/response/directional_covariance.h"
+#include "engine/tail/directional_covariance.h"
 
 #include <algorithm>
 #include <array>

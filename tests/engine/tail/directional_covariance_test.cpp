@@ -1,4 +1,4 @@
-#include "engine/response/directional_covariance.h"
+#include "engine/tail/directional_covariance.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -164,7 +164,7 @@ TEST_CASE("the channels of a lower order are the first channels of a higher orde
     std::vector<ImpulseResponse> responses(4);
     const auto carriers = aula::make_noise_carriers(48000, 1);
     for (int order = 0; order <= 3; ++order)
-        ImpulseResponseBuilder(carriers, 0.3, "source", order)
+        ImpulseResponseBuilder(carriers, Medium{}, 0.3, "source", order)
             .build(r, responses[static_cast<std::size_t>(order)]);
     for (std::size_t order = 0; order < 3; ++order) {
         const auto& low = responses[order].channels;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/engine/response/response_building.h"
+#include "tests/engine/tail/response_building.h"
 
 using namespace aula;
 using namespace aula::test;
