@@ -202,7 +202,8 @@ constexpr std::array kSceneCommands{
                  "the mean and the worst frame while source or listener walk or jump, or objects "
                  "move",
                  &Bench::changes},
-    SceneCommand{"budget", "the rays and the CPU time of offline rendering in each quality",
+    SceneCommand{"budget",
+                 "the rays and the CPU time of offline rendering: qualities, numbers of sources",
                  &Bench::budget},
     SceneCommand{"sweep", "noise, bias and cost over ranges of tau and of lambda", &Bench::sweep},
     SceneCommand{"waves",

@@ -339,9 +339,9 @@ TEST_CASE("bench_smoke: budget has the rays and the time of each quality") {
     const std::string scene = folder.write("room.json", kScene).string();
     REQUIRE(run("budget " + scene + " --json " + json_in(folder)).status == 0);
     const nlohmann::json document = rows_in(folder);
-    REQUIRE(document.at("rows").size() == 3);
+    REQUIRE(document.at("rows").size() == 9);
     for (const nlohmann::json& row : document["rows"]) {
-        check_keys(row, {"bench", "scene", "quality", "sources", "response_s", "rays",
+        check_keys(row, {"bench", "scene", "quality", "movement", "sources", "response_s", "rays",
                          "cpu_per_second", "counted_to_measured"});
         CHECK(row["cpu_per_second"].get<double>() > 0);
         CHECK(row["counted_to_measured"].get<double>() > 0);
@@ -349,6 +349,8 @@ TEST_CASE("bench_smoke: budget has the rays and the time of each quality") {
     CHECK(document["rows"][0]["quality"] == "draft");
     CHECK(document["rows"][2]["quality"] == "fine");
     CHECK(document["rows"][2]["rays"] == 1000);
+    CHECK(document["rows"][8]["movement"] == "moving");
+    CHECK(document["rows"][8]["sources"] == 16);
 }
 
 TEST_CASE("bench_smoke: trace compares whole frames with Embree alone") {

@@ -86,6 +86,7 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"memory_mb", "MB", 1},
                                          {"modes", "modes", 0},
                                          {"modes_s", "modes s", 2},
+                                         {"movement", "movement", 0},
                                          {"mover", "mover", 0},
                                          {"noise", "noise", 4},
                                          {"noise_to_pt", "over pt", 3},

@@ -68,8 +68,9 @@ FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
 int FrameMaker::rays_wanted(const RoomState& room) const {
     if (room.frame_share && frame_s_ > 0)
         return rays_within_budget(rays_, statistics(), frame_s_,
-                                  *room.frame_share * config_.frame_s);
-    if (room.work_s && frame_s_ > 0) return rays_within_work(rays_, statistics(), *room.work_s);
+                                  *room.frame_share * config_.frame_s, voices_.size());
+    if (room.work_s && frame_s_ > 0)
+        return rays_within_work(rays_, statistics(), *room.work_s, voices_.size());
     return room.rays.value_or(simulation_.ray_count());
 }
 

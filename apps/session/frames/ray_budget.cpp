@@ -10,8 +10,12 @@ namespace aula {
 
 namespace {
 
-/// The gather then takes most of the time, so that fewer rays save little.
+/// Of all sources together. The gather of a source then takes most of the time, so that fewer rays
+/// save little.
 constexpr int kFewest = 100;
+
+/// Of one source. Its gather of 128 rays, the fewest, then takes most of the time.
+constexpr int kFewestOfSource = 25;
 
 // Times of one core of a 2.3 GHz Xeon (`aula-bench budget`). A segment takes from 80 ns in a box to
 // 250 ns in a mesh of 139,000 triangles, an image source of the third order from 55 ns to 800 ns.
@@ -52,7 +56,8 @@ std::string over_budget_text(const Simulation& simulation, std::size_t sources, 
     // The first frames of a rendering have more rays than the later ones.
     constexpr double kClearly = 1.5;
     const double period_s = 1 / double{simulation.frame_rate_hz};
-    if (simulation.rays || rays > kFewest ||
+    const int fewest = fewest_rays(sources);
+    if (simulation.rays || rays > fewest ||
         counted_frame_s < kClearly * allowed_s(simulation.quality, period_s))
         return "";
     return formatted(
@@ -60,7 +65,12 @@ std::string over_budget_text(const Simulation& simulation, std::size_t sources, 
         "rays, the fewest; fewer moving sources, a shorter --ir-length, "
         "\"transmission\": false or a lower --frame-rate reduce it",
         counted_frame_s / (kProcessors * period_s), sources, sources == 1 ? "source" : "sources",
-        kFewest);
+        fewest);
+}
+
+int fewest_rays(std::size_t sources) {
+    const auto count = static_cast<int>(std::clamp<std::size_t>(sources, 1, kFewest));
+    return std::max(kFewest / count, kFewestOfSource);
 }
 
 int live_rays(const Simulation& simulation) {
@@ -68,15 +78,16 @@ int live_rays(const Simulation& simulation) {
     return simulation.rays.value_or(static_cast<int>(std::lround(share * Simulation::kRays)));
 }
 
-int rays_within_work(int rays, const FrameStatistics& last, double allowed_s) {
+int rays_within_work(int rays, const FrameStatistics& last, double allowed_s, std::size_t sources) {
     // Slowly upwards: the work of a frame also depends on what moves in it.
     constexpr double kMaxUp = 1.1;
     const double wanted = rays * std::min(kMaxUp, allowed_s / counted_s(last));
-    return static_cast<int>(std::lround(std::clamp<double>(wanted, kFewest, Simulation::kRays)));
+    return static_cast<int>(
+        std::lround(std::clamp<double>(wanted, fewest_rays(sources), Simulation::kRays)));
 }
 
-int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s,
-                       double allowed_s) {
+int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s, double allowed_s,
+                       std::size_t sources) {
     constexpr int kMax = 20'000;
     // A frame that traced nothing gives no estimate of the time per ray.
     constexpr double kNegligible_s = 1e-4;
@@ -88,7 +99,7 @@ int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_
     const double others_s = std::max(0.0, last_frame_s - last.trace_s - last.cache_s);
     const double wanted = std::max(0.0, allowed_s - others_s) / per_ray_s;
     const double step = std::clamp(wanted / rays, kMaxDown, kMaxUp);
-    return std::clamp(static_cast<int>(std::lround(rays * step)), kFewest, kMax);
+    return std::clamp(static_cast<int>(std::lround(rays * step)), fewest_rays(sources), kMax);
 }
 
 }  // namespace aula

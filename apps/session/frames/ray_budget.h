@@ -9,10 +9,15 @@
 namespace aula {
 
 /// The number of rays with which the next frame takes `allowed_s`: the last frame's rays, changed
-/// in a limited step according to the times of its rays and of its other parts. Unchanged if the
-/// last frame traced none.
-int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s,
-                       double allowed_s);
+/// in a limited step according to the times of its rays and of its other parts, at least
+/// fewest_rays(). Unchanged if the last frame traced none.
+int rays_within_budget(int rays, const FrameStatistics& last, double last_frame_s, double allowed_s,
+                       std::size_t sources);
+
+/// The fewest rays per source and frame that a budget sets: with more sources fewer each, since the
+/// errors of n sources that are equally loud are independent, and that of their sum is the one of a
+/// single source with n times the rays.
+int fewest_rays(std::size_t sources);
 
 /// The time of tracing, gathering and image sources of a frame on one processor, in s, as counted.
 /// It does not depend on the machine or on the number of threads, and is about within a factor of
@@ -24,8 +29,8 @@ double counted_s(const FrameStatistics& statistics);
 double allowed_s(Quality quality, double frame_period_s);
 
 /// A warning if the frames of exact rendering took clearly more counted time than the quality
-/// allows because none may have fewer rays; empty otherwise. `counted_frame_s`: their mean;
-/// `rays`: of the last one.
+/// allows because none may have fewer rays than fewest_rays(); empty otherwise. `counted_frame_s`:
+/// their mean; `rays`: of the last one.
 std::string over_budget_text(const Simulation& simulation, std::size_t sources, int rays,
                              double counted_frame_s);
 
@@ -35,7 +40,7 @@ std::string over_budget_text(const Simulation& simulation, std::size_t sources, 
 int live_rays(const Simulation& simulation);
 
 /// The number of rays with which the next frame takes `allowed_s` of counted time: the last frame's
-/// rays, changed in proportion, at most Simulation::kRays.
-int rays_within_work(int rays, const FrameStatistics& last, double allowed_s);
+/// rays, changed in proportion, at least fewest_rays(), at most Simulation::kRays.
+int rays_within_work(int rays, const FrameStatistics& last, double allowed_s, std::size_t sources);
 
 }  // namespace aula
