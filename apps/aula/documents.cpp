@@ -286,6 +286,12 @@ int report_room(const Arguments& arguments) {
     }();
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);
+    const auto scattering = [&] {
+        ProgressBar bar("measuring with half and twice the scattering", arguments.quiet,
+                        ProgressLines::logged);
+        return measure_scattering(scene, receivers, arguments.frames, std::ref(bar));
+    }();
+    if (!scattering) return interrupted_status();
     const TaskLine line("writing the report", !arguments.quiet);
     float height_m = 0;
     for (const Pose& receiver : receivers)
@@ -297,6 +303,7 @@ int report_room(const Arguments& arguments) {
                             .scene = scene,
                             .measurement = *measurement,
                             .receivers = names,
+                            .scattering = *scattering,
                             .in_room = positions.in_room,
                             .frames_given = arguments.frames.has_value(),
                             .room = room,

@@ -27,6 +27,10 @@ constexpr int kReportFrames = 500;
 /// responses before, a dozen pairs should take at most two minutes of one thread.
 constexpr double kReportWork_s = 80;
 
+/// Counted work with each scattering: with both, a report of a dozen pairs takes less than two
+/// minutes.
+constexpr double kScatteringWork_s = 10;
+
 }  // namespace
 
 std::string uncertainty_summary(const Measurement& measurement) {
@@ -67,6 +71,31 @@ std::optional<Measurement> measure_report(const Scene& scene, std::span<const Po
         options.max_frames = kReportFrames;
     }
     return measure(scene, scene.sources, receivers, within_budget(std::move(options), quality));
+}
+
+std::optional<std::vector<Measurement>> measure_scattering(
+    const Scene& scene, std::span<const Pose> receivers, std::optional<int> frames,
+    const std::function<bool(double done)>& progress) {
+    std::vector<Measurement> all;
+    for (const float factor : kScatteringFactors) {
+        Scene changed = scene;
+        for (Material& material : changed.materials)
+            for (std::size_t b = 0; b < kBandCount; ++b)
+                material.scattering[b] = std::min(1.0F, factor * material.scattering[b]);
+        const auto share = [&](double done) {
+            return progress((static_cast<double>(all.size()) + done) / kScatteringFactors.size());
+        };
+        std::optional<Measurement> one = measure(changed, changed.sources, receivers,
+                                                 within_budget({.frames = frames,
+                                                                .limits = kMapLimits,
+                                                                .max_frames = kMapFrames,
+                                                                .max_work_s = kScatteringWork_s,
+                                                                .progress = share},
+                                                               scene.simulation.quality));
+        if (!one) return std::nullopt;
+        all.push_back(std::move(*one));
+    }
+    return all;
 }
 
 }  // namespace aula

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -32,5 +33,15 @@ std::optional<Measurement> measure_report(const Scene& scene, std::span<const Po
                                           std::vector<std::string> receiver_names,
                                           std::optional<int> frames,
                                           const std::function<bool(double done)>& progress);
+
+/// Factors of all scattering coefficients, for whose change a report has reverberation times.
+inline constexpr std::array<float, 2> kScatteringFactors{0.5F, 2.0F};
+
+/// Measures all sources at the receivers of a report with each of kScatteringFactors: until the
+/// standard errors are half of the just noticeable differences, for 256 frames, or for 10 s
+/// of counted work, whichever is first. Returns empty if `progress` requested a stop.
+std::optional<std::vector<Measurement>> measure_scattering(
+    const Scene& scene, std::span<const Pose> receivers, std::optional<int> frames,
+    const std::function<bool(double done)>& progress);
 
 }  // namespace aula

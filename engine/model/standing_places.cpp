@@ -60,9 +60,36 @@ float clearance_m(const RayScene& scene, const Vec3& place) {
     return least_m;
 }
 
-/// The mean distance to what surrounds a place; 0 if too little does, or if it is too close.
+/// Whether the ground falls on both sides, within the width of a table: a chair or a table, not a
+/// floor, a step or a tier.
+bool is_on_furniture(const RayScene& scene, const Vec3& place) {
+    constexpr int kWidth = 6;           // samples across the widest table
+    constexpr float kSample_m = 0.25F;  // half of a chair
+    constexpr float kHighestStep_m = 0.3F;
+    constexpr int kSides = 4;
+    const Vec3 down(0, 0, -1);
+    const float fallen_m = distance_m(scene, place, down) + kHighestStep_m;
+    const auto samples_to_edge = [&](const Vec3& direction) {
+        const float wall_m = distance_m(scene, place, direction);
+        for (int samples = 1; samples < kWidth; ++samples) {
+            const float away_m = static_cast<float>(samples) * kSample_m;
+            if (away_m >= wall_m) break;
+            if (distance_m(scene, place + away_m * direction, down) > fallen_m) return samples;
+        }
+        return kWidth;
+    };
+    for (int i = 0; i < kSides; ++i) {
+        const double azimuth_rad = std::numbers::pi * i / kSides;
+        const Vec3 aside(std::cos(azimuth_rad), std::sin(azimuth_rad), 0);
+        if (samples_to_edge(aside) + samples_to_edge(-aside) <= kWidth) return true;
+    }
+    return false;
+}
+
+/// The mean distance to what surrounds a place; 0 if too little does, if it is too
+/// close, or on furniture.
 float openness_m(const RayScene& scene, const Vec3& place) {
-    if (clearance_m(scene, place) < kAround_m) return 0;
+    if (clearance_m(scene, place) < kAround_m || is_on_furniture(scene, place)) return 0;
     static const auto directions = even_directions();
     float sum_m = 0;
     int escaping = 0;
@@ -114,7 +141,8 @@ std::vector<Vec3> on_ground(const RayScene& scene, std::vector<Vec3> places, con
     constexpr float kGround = 0.25F;  // share of the height
     const float highest_m = std::lerp(bounds.min.z, bounds.max.z, kGround) + kStandingHeight_m;
     std::erase_if(places, [&](const Vec3& place) {
-        return place.z > highest_m || clearance_m(scene, place) < kAround_m;
+        return place.z > highest_m || clearance_m(scene, place) < kAround_m ||
+               is_on_furniture(scene, place);
     });
     const glm::vec2 middle(0.5F * (bounds.min + bounds.max));
     std::stable_sort(places.begin(), places.end(), [&](const Vec3& a, const Vec3& b) {

@@ -343,7 +343,18 @@ TEST_CASE("A report says where the field is far from diffuse") {
         return report(scene, folder.path() / "out.html", {"--frames", "8", "--rays", "200"});
     };
     // Floor and ceiling absorb: sound stays between the walls.
-    CHECK(std::regex_search(html("soft"), std::regex("is [0-9.]+ times Eyring's: the field")));
+    const std::string soft = html("soft");
+    CHECK(std::regex_search(soft, std::regex("is [0-9.]+ times Eyring's: the field")));
+    // At 125 Hz: the more the walls scatter, the sooner it reaches floor and ceiling.
+    const auto t30_s = [&](const std::string& row) {
+        std::smatch found;
+        REQUIRE(std::regex_search(soft, found,
+                                  std::regex("<td>" + row + "</td>" +
+                                             "<td[^>]*>[^<]*</td>"
+                                             "<td[^>]*>([0-9.]+)</td>")));
+        return std::stod(found[1]);
+    };
+    CHECK(t30_s("scattering x 0.5") > 1.02 * t30_s("scattering x 2"));
     CHECK(html("hard").find("times Eyring's") == std::string::npos);
 }
 

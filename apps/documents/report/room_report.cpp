@@ -153,6 +153,26 @@ std::string statistical_times(const RoomReport& report) {
            row("Eyring in s", reverberation_time_s(report.room.field, medium));
 }
 
+/// T30 with other scattering, mean over the same positions.
+std::string times_with_scattering(const RoomReport& report) {
+    std::string rows;
+    for (std::size_t i = 0; i < report.scattering.size(); ++i) {
+        const PositionAverage average =
+            average_over_positions(audible_parameters(report.scattering[i], report.in_room));
+        const auto p = static_cast<std::size_t>(AcousticParameter::t30);
+        std::string cells = html_cell("T30 in s") +
+                            html_cell(formatted("scattering x %g", double{kScatteringFactors[i]}));
+        const auto add = [&](const MeasuredValue& mean, const MeasuredValue& count) {
+            cells += mean_cell(mean, count, average.positions, parameter_text(p).decimals);
+        };
+        for (std::size_t b = 0; b < kBandCount; ++b)
+            add(average.mean.octaves[p][b], average.counts.octaves[p][b]);
+        add(average.mean.broadband[p], average.counts.broadband[p]);
+        rows += html_row(cells);
+    }
+    return rows;
+}
+
 /// A sentence on pairs nearer than the least distance of ISO 3382-2.
 std::string near_pairs(const RoomReport& report, double t30_s) {
     const Measurement& m = report.measurement;
@@ -183,9 +203,7 @@ std::string diffuseness(const RoomReport& report, const PositionAverage& average
     if (!(std::isfinite(times) && times > kFar)) return {};
     return formatted(
         " The mean T30 of 500 and 1000 Hz is %.1f times Eyring's: the field of this room is not "
-        "diffuse, as with absorption on few surfaces. T30 then depends on the scattering of the "
-        "others, which is an estimate for bare walls unless their sources say otherwise: furnished "
-        "walls scatter 0.3 and more, and shorten it.",
+        "diffuse, as with absorption on few surfaces.",
         times);
 }
 
@@ -208,7 +226,7 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
         rows += html_row(means);
         if (average.positions > 1) rows += html_row(deviations);
         if (p == static_cast<std::size_t>(AcousticParameter::t30))
-            rows += statistical_times(report);
+            rows += times_with_scattering(report) + statistical_times(report);
     }
     std::string html = "<h2>Averages over positions</h2>\n<p>" +
                        formatted(
@@ -227,6 +245,11 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
             " Estimates by Sabine and Eyring are those of a diffuse field, from the volume and the "
             "areas below." +
             diffuseness(report, average);
+    if (!report.scattering.empty())
+        html +=
+            " Scattering coefficients are estimates unless the sources of the materials below say "
+            "otherwise: the rows of T30 with half and twice of them show what T30 owes to them. "
+            "Furnished walls scatter 0.3 and more.";
     if (const std::optional<double>& t30_s =
             average.mean.broadband[static_cast<std::size_t>(AcousticParameter::t30)].value;
         t30_s && report.room.volume_m3)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,11 +32,12 @@ struct LayerMaterial {
 struct RoomReport {
     ReportHead head{};
     std::string scene_name;
-    std::string program;                 ///< name and version
-    std::string scene_hash;              ///< of all that affects results
-    const Scene& scene;                  ///< as measured
-    const Measurement& measurement;      ///< with parameters
-    std::vector<std::string> receivers;  ///< [receiver] names
+    std::string program;                      ///< name and version
+    std::string scene_hash;                   ///< of all that affects results
+    const Scene& scene;                       ///< as measured
+    const Measurement& measurement;           ///< with parameters
+    std::vector<std::string> receivers;       ///< [receiver] names
+    std::span<const Measurement> scattering;  ///< [i] with kScatteringFactors[i]
     std::vector<char> in_room;  ///< [pair] 0 if the source or the receiver is outside the room
     bool frames_given = false;  ///< so that standard errors are unknown
     RoomGeometry room;

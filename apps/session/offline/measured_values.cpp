@@ -81,7 +81,7 @@ class ResponseRows {
 };
 
 /// The cells of a line of CSV (RFC 4180), without spaces around them.
-std::vector<std::string> cells_of(std::string_view line) {
+std::vector<std::string> cells_of(std::string_view line, char separator) {
     std::vector<std::string> cells(1);
     bool quoted = false;
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -90,7 +90,7 @@ std::vector<std::string> cells_of(std::string_view line) {
             cells.back() += line[++i];
         } else if (c == '"') {
             quoted = !quoted;
-        } else if (c == ',' && !quoted) {
+        } else if (c == separator && !quoted) {
             cells.emplace_back();
         } else {
             cells.back() += c;
@@ -114,7 +114,10 @@ class MeasuredReader {
         while (std::getline(in, line)) {
             ++line_;
             if (line_ == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-            const std::vector<std::string> cells = cells_of(line);
+            if (columns_.empty() && line.find(',') == std::string::npos &&
+                line.find(';') != std::string::npos)
+                separator_ = ';';
+            const std::vector<std::string> cells = cells_of(line, separator_);
             const bool is_empty = std::all_of(cells.begin(), cells.end(),
                                               [](const std::string& c) { return c.empty(); });
             if (is_empty) continue;
@@ -198,8 +201,9 @@ class MeasuredReader {
         fail("has the parameter \"" + symbol + "\"; expected one of " + names + "STI");
     }
 
-    std::optional<double> number(const std::string& symbol, const std::string& text) const {
+    std::optional<double> number(const std::string& symbol, std::string text) const {
         if (text.empty() || text == "-") return std::nullopt;
+        if (separator_ == ';') std::replace(text.begin(), text.end(), ',', '.');
         double value = 0;
         const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
         const bool is_share = symbol == "D50" || symbol == "STI";
@@ -218,6 +222,7 @@ class MeasuredReader {
 
     std::string file_;
     std::size_t line_ = 0;
+    char separator_ = ',';  ///< ';' where the comma is the decimal sign
     std::vector<std::string> columns_;
     std::set<std::pair<std::string, std::string>> rows_;  ///< names of response and parameter
     std::vector<MeasuredResponse> responses_;

@@ -6,13 +6,16 @@
 #include <ctime>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/mesh/mesh_import.h"
+#include "engine/model/standing_places.h"
 #include "engine/rays/ray_scene.h"
 #include "tests/engine/mesh/square_gltf.h"
 #include "tests/support/temporary_folder.h"
@@ -380,6 +383,32 @@ TEST_CASE("Where no room is around, people stand on the ground, or nowhere") {
     CHECK(has_guess(small, "which has no place to stand"));
     // They are not at the same point.
     CHECK(small.scene.sources[0].position_at(0) != small.scene.listener.pose_at(0).position);
+}
+
+TEST_CASE("People stand on floors, steps and tiers, not on chairs and tables") {
+    const TemporaryFolder folder;
+    std::string obj = box_obj(8, 6, 3, {"a"});
+    std::size_t vertices = 8;
+    const auto add_top = [&](double x, double y, double wide, double deep, double z) {
+        for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {wide, 0.0}, {wide, deep}, {0.0, deep}})
+            obj += "v " + std::to_string(x + dx) + " " + std::to_string(y + dy) + " " +
+                   std::to_string(z) + "\n";
+        obj += "f";
+        for (std::size_t i = 1; i <= 4; ++i) obj += " " + std::to_string(vertices + i);
+        obj += "\n";
+        vertices += 4;
+    };
+    // Chairs in the grid of places, of which every second one is on a chair; a table; tiers.
+    for (int x = 0; x < 3; ++x)
+        for (int y = 0; y < 4; ++y) add_top(0.55 + x, 1.55 + y, 0.4, 0.4, 0.46);
+    add_top(3.6, 2, 1.2, 2.4, 0.74);
+    add_top(6, 0, 1, 6, 0.4);
+    add_top(7, 0, 1, 6, 0.8);
+    const Scene scene = load_scene(folder.write("room.obj", obj)).scene;
+    std::set<int> heights_cm;
+    for (const Vec3& place : standing_places(RayScene(scene), bounds_of(scene)))
+        heights_cm.insert(static_cast<int>(std::lround(100 * place.z)));
+    CHECK(heights_cm == std::set{160, 200, 240});
 }
 
 TEST_CASE("In a house people stand in its largest room, not in a wall or on the roof") {

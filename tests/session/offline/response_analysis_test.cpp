@@ -274,6 +274,18 @@ TEST_CASE("measured values need only parameters and octaves") {
     CHECK_FALSE(read[0].parameters.octave(AcousticParameter::g, 4).value);
 }
 
+TEST_CASE("measured values may have semicolons and decimal commas") {
+    const TemporaryFolder folder;
+    std::vector<std::string> warnings;
+    const auto read = read_measured(
+        folder.write("m.csv", "response;parameter;500;1000\r\nfront, left;T30;1,5;1.7\r\n"),
+        warnings);
+    REQUIRE(read.size() == 1);
+    CHECK(read[0].name == "front, left");
+    CHECK(read[0].parameters.octave(AcousticParameter::t30, 3).value == 1.5);
+    CHECK(read[0].parameters.octave(AcousticParameter::t30, 4).value == 1.7);
+}
+
 TEST_CASE("an error of measured values names the line and what is expected") {
     const TemporaryFolder folder;
     const auto has = [&](const std::string& text, std::vector<std::string> parts) {
