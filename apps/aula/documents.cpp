@@ -246,7 +246,8 @@ int map_room(const Arguments& arguments) {
     const auto measurement = [&] {
         ProgressBar bar("measuring at " + std::to_string(grid.receivers.size()) + " receivers",
                         arguments.quiet, ProgressLines::logged);
-        return measure_map(scene, grid, arguments.frames, arguments.map_interaural, std::ref(bar));
+        return measure_map(scene, grid, arguments.frames,
+                           {arguments.map_interaural, arguments.third_octaves}, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
     warn(map_warnings(*measurement), arguments.quiet);
@@ -282,7 +283,8 @@ int report_room(const Arguments& arguments) {
     std::vector<LayerMaterial> layers = layers_of(scene, room);
     const auto measurement = [&] {
         ProgressBar bar("measuring", arguments.quiet, ProgressLines::logged);
-        return measure_report(scene, receivers, names, arguments.frames, std::ref(bar));
+        return measure_report(scene, receivers, names, arguments.frames,
+                              {true, arguments.third_octaves}, std::ref(bar));
     }();
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);

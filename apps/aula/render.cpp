@@ -95,6 +95,7 @@ int measure(const Arguments& arguments) {
         scene, within_budget({.frames = arguments.frames,
                               .max_work_s = MeasurementOptions::kProgramWork_s,
                               .parameters = arguments.report || arguments.report_json.has_value(),
+                              .third_octaves = arguments.third_octaves,
                               .interaural = arguments.report || arguments.report_json.has_value(),
                               .progress = std::ref(bar)},
                              scene.simulation.quality));

@@ -44,14 +44,15 @@ std::string uncertainty_summary(const Measurement& measurement) {
 }
 
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
-                                       std::optional<int> frames, bool interaural,
+                                       std::optional<int> frames, const FurtherParameters& further,
                                        const std::function<bool(double done)>& progress) {
     return measure(scene, scene.sources, grid.receivers,
                    within_budget({.frames = frames,
                                   .limits = kMapLimits,
                                   .max_frames = kMapFrames,
                                   .max_work_s = MeasurementOptions::kProgramWork_s,
-                                  .interaural = interaural,
+                                  .third_octaves = further.third_octaves,
+                                  .interaural = further.interaural,
                                   .progress = progress},
                                  scene.simulation.quality));
 }
@@ -59,11 +60,13 @@ std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& g
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
                                           std::vector<std::string> receiver_names,
                                           std::optional<int> frames,
+                                          const FurtherParameters& further,
                                           const std::function<bool(double done)>& progress) {
     const Quality quality = scene.simulation.quality;
     MeasurementOptions options{.frames = frames,
                                .max_work_s = kReportWork_s,
-                               .interaural = true,
+                               .third_octaves = further.third_octaves,
+                               .interaural = further.interaural,
                                .receiver_names = std::move(receiver_names),
                                .progress = progress};
     if (quality != Quality::fine) {

@@ -19,19 +19,26 @@ inline constexpr double kMapSpacing_m = 0.5;
 /// A line on the number of pairs with larger standard errors than wanted; empty if there are none.
 std::string uncertainty_summary(const Measurement& measurement);
 
+/// What is measured in addition.
+struct FurtherParameters {
+    bool interaural = false;     ///< IACC
+    bool third_octaves = false;  ///< T20 to G in third octaves
+};
+
 /// Measures all sources at the receivers of a map. Without `frames` until the standard errors are
-/// half of the just noticeable differences, or for 256 frames. `interaural` adds IACC. Returns
-/// empty if `progress`, which receives the completed share, requested a stop.
+/// half of the just noticeable differences, or for 256 frames. Returns empty if `progress`, which
+/// receives the completed share, requested a stop.
 std::optional<Measurement> measure_map(const Scene& scene, const ReceiverGrid& grid,
-                                       std::optional<int> frames, bool interaural,
+                                       std::optional<int> frames, const FurtherParameters& further,
                                        const std::function<bool(double done)>& progress);
 
-/// Measures all sources at the named receivers of a report, with IACC. Without `frames` until the
+/// Measures all sources at the named receivers of a report. Without `frames` until the
 /// standard errors are a quarter of the just noticeable differences, for 500 frames, or for 80 s of
 /// counted work, whichever is first. Returns empty if `progress` requested a stop.
 std::optional<Measurement> measure_report(const Scene& scene, std::span<const Pose> receivers,
                                           std::vector<std::string> receiver_names,
                                           std::optional<int> frames,
+                                          const FurtherParameters& further,
                                           const std::function<bool(double done)>& progress);
 
 /// Factors of all scattering coefficients, for whose change a report has reverberation times.

@@ -39,12 +39,20 @@ std::string csv_number(const std::optional<double>& value) {
 }
 
 /// The columns of the value or of the standard error of a parameter.
-std::string csv_columns(const PairParameters& parameters, std::size_t parameter,
+std::string csv_columns(const PairParameters& parameters, std::size_t parameter, bool in_thirds,
                         std::optional<double> MeasuredValue::*part) {
     std::string text = csv_number(single_number(parameters, parameter).*part);
-    if (parameter != kSpeechTransmission)
+    if (parameter == kSpeechTransmission) return text;
+    if (in_thirds) {
+        // None of a source that is not audible.
+        static const std::array<MeasuredValue, kThirdOctaveCount> kNone{};
+        for (const MeasuredValue& third :
+             parameters.third_octaves.empty() ? kNone : parameters.third_octaves[parameter])
+            text += csv_number(third.*part);
+    } else {
         for (const MeasuredValue& octave : parameters.octaves[parameter])
             text += csv_number(octave.*part);
+    }
     return text;
 }
 
@@ -219,10 +227,15 @@ class MapPicture {
 
 std::string map_csv(const ParameterMap& map, std::size_t source, std::size_t parameter) {
     std::string csv = "x_m,y_m,z_m";
+    const auto& all = map.measurement.parameters;
+    const bool in_thirds = std::any_of(all.begin(), all.end(), [&](const PairParameters& pair) {
+        return parameter < pair.third_octaves.size();
+    });
     for (const char* const suffix : {"", "_error"}) {
         csv += std::string(",value") + suffix;
         if (parameter == kSpeechTransmission) continue;
-        for (std::size_t band = 0; band < kBandCount; ++band) csv += ',' + band_name(band) + suffix;
+        for (std::size_t band = 0; band < (in_thirds ? kThirdOctaveCount : kBandCount); ++band)
+            csv += ',' + (in_thirds ? third_octave_name(band) : band_name(band)) + suffix;
     }
     csv += '\n';
     for (std::size_t r = 0; r < map.grid.receivers.size(); ++r) {
@@ -230,8 +243,8 @@ std::string map_csv(const ParameterMap& map, std::size_t source, std::size_t par
         const PairParameters& parameters =
             map.measurement.parameters[map.measurement.pair(source, r)];
         csv += formatted("%.6g,%.6g,%.6g", double{p.x}, double{p.y}, double{p.z}) +
-               csv_columns(parameters, parameter, &MeasuredValue::value) +
-               csv_columns(parameters, parameter, &MeasuredValue::standard_error) + '\n';
+               csv_columns(parameters, parameter, in_thirds, &MeasuredValue::value) +
+               csv_columns(parameters, parameter, in_thirds, &MeasuredValue::standard_error) + '\n';
     }
     return csv;
 }

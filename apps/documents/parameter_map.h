@@ -32,7 +32,8 @@ struct ParameterMap {
 
 /// A parameter of a source as CSV, with the header "x_m,y_m,z_m,value,63,..,8000,value_error,
 /// 63_error,..,8000_error": one row for each receiver. `value` is the single number; errors are
-/// standard errors. The speech transmission index has no columns of octaves. What is not known is
+/// standard errors. If the measurement has third octaves, T20 to G have columns from 50 to 16000 in
+/// place of octaves. The speech transmission index has no columns of octaves. What is not known is
 /// empty.
 std::string map_csv(const ParameterMap& map, std::size_t source, std::size_t parameter);
 

@@ -100,7 +100,7 @@ Kept& kept() {
 
 Measurement measured(const SharedScene& shared, const std::vector<Source>& sources,
                      const Array<float>& receivers, std::optional<int> frames, int max_frames,
-                     const std::array<double, 4>& limits, bool interaural,
+                     const std::array<double, 4>& limits, bool third_octaves, bool interaural,
                      const Overrides& overrides) {
     const std::shared_ptr<const Scene> scene = shared.get();
     std::vector<Pose> poses;
@@ -118,6 +118,7 @@ Measurement measured(const SharedScene& shared, const std::vector<Source>& sourc
                                           .t30 = limits[2],
                                           .edt = limits[3]},
                                .max_frames = max_frames,
+                               .third_octaves = third_octaves,
                                .interaural = interaural,
                                .progress = [&](double) { return interruption.continues(); }});
     }
@@ -232,8 +233,28 @@ class ValueArrays {
     std::size_t count_ = 0;
 };
 
-/// {name: (values, standard errors)} of the octave bands, (S, M, 8), and of the single numbers,
-/// (S, M), with STI.
+/// {name: (values, standard errors)} of the third octaves, (S, M, 26), from T20 to G; empty if they
+/// were not measured.
+py::dict third_octaves(const Measurement& measurement) {
+    const auto& all = measurement.parameters;
+    const bool is_measured = std::any_of(all.begin(), all.end(), [](const PairParameters& pair) {
+        return !pair.third_octaves.empty();
+    });
+    py::dict thirds;
+    for (std::size_t p = 0; is_measured && p < kThirdOctaveParameterCount; ++p) {
+        ValueArrays values(std::vector<std::size_t>{
+            measurement.sources.size(), measurement.receivers.size(), kThirdOctaveCount});
+        for (const PairParameters& pair : all)
+            for (std::size_t t = 0; t < kThirdOctaveCount; ++t)
+                values.add(pair.third_octaves.empty() ? MeasuredValue{} : pair.third_octaves[p][t]);
+        thirds[py::str(std::string(acoustic_parameter_name(static_cast<AcousticParameter>(p))))] =
+            values.arrays();
+    }
+    return thirds;
+}
+
+/// {name: (values, standard errors)} of the octave bands, (S, M, 8), of the single numbers, (S, M),
+/// with STI, and of the third octaves.
 py::tuple parameters(const Measurement& measurement) {
     const std::vector<std::size_t> pairs{measurement.sources.size(), measurement.receivers.size()};
     const std::vector<std::size_t> bands{pairs[0], pairs[1], kBandCount};
@@ -251,7 +272,7 @@ py::tuple parameters(const Measurement& measurement) {
     ValueArrays sti(pairs);
     for (const PairParameters& pair : measurement.parameters) sti.add(pair.sti);
     single_numbers["STI"] = sti.arrays();
-    return py::make_tuple(octaves, single_numbers);
+    return py::make_tuple(octaves, single_numbers, third_octaves(measurement));
 }
 
 /// (S, M, 8, bin), 1/m2 per unit emitted energy.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/response/decay_curve.h"
+#include "engine/response/third_octave_model.h"
 #include "engine/response/time_zero.h"
 
 namespace aula {
@@ -44,6 +45,34 @@ RoomParameters room_parameters(const EnergyResponse& response) {
     RoomParameters result;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         result[b] = band_parameters(DecayCurve(response, zero_s, b));
+    }
+    return result;
+}
+
+// Eight third octaves at a time take the place of the octaves of a response.
+ThirdOctaveParameters third_octave_parameters(const EnergyResponse& response,
+                                              const Medium& medium) {
+    const ThirdOctaveModel model(medium);
+    const double zero_s = time_zero_s(response);
+    ThirdOctaveParameters result;
+    EnergyResponse part = response;
+    for (std::size_t first = 0; first < result.size(); first += kBandCount) {
+        const std::size_t count = std::min(kBandCount, result.size() - first);
+        const auto take = [&](const Bands& octaves, double length_m, Bands& to) {
+            const ThirdOctaveModel::Values energies = model.energies(octaves, length_m);
+            std::copy_n(energies.begin() + static_cast<std::ptrdiff_t>(first), count,
+                        to.value.begin());
+        };
+        for (std::size_t i = 0; i < response.energy.size(); ++i) {
+            const double centre_s = 0.5 * (response.bins.begin_s(i) + response.bins.end_s(i));
+            take(response.energy[i], centre_s * double{response.speed_of_sound_m_s},
+                 part.energy[i]);
+        }
+        for (std::size_t p = 0; p < response.paths.size(); ++p)
+            take(response.paths[p].energy, double{response.paths[p].length_m},
+                 part.paths[p].energy);
+        for (std::size_t b = 0; b < count; ++b)
+            result[first + b] = band_parameters(DecayCurve(part, zero_s, b));
     }
     return result;
 }

@@ -101,7 +101,7 @@ TEST_CASE("analyse refuses what is no response with one line and status 2") {
         {{"analyse", file, "--rays", "10"}, {"--rays", "aula analyse"}},
         {{"analyse", file, "--ir", "a.wav"}, {"--ir", "aula analyse"}},
         {{"analyse", file, "--noise-level", "30"}, {"--noise-level", "--speech-level"}},
-        {{"info", file, "--third-octaves"}, {"--third-octaves", "aula analyse"}},
+        {{"info", file, "--third-octaves"}, {"--third-octaves", "--report", "aula analyse"}},
     };
     for (const Refused& bad : all) require_refused(folder, bad.arguments, bad.parts);
 }

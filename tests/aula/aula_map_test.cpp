@@ -130,6 +130,12 @@ TEST_CASE("The table of a map has positions, octaves and standard errors") {
         CHECK(std::stod(rows[row][12]) < 0.05 * mean);
     }
     CHECK(read_csv(out / "STI.csv")[0].size() == 5);
+    // Third octaves take the place of octaves, but for lateral parameters.
+    mapped(scene, out, {"--spacing", "2", "--frames", "2", "--rays", "50", "--third-octaves"});
+    CHECK(read_csv(out / "G.csv")[0].size() == 4 + 26 + 1 + 26);
+    CHECK(read_csv(out / "G.csv")[0][29] == "16000");
+    CHECK_FALSE(read_csv(out / "G.csv")[1][29].empty());
+    CHECK(read_csv(out / "J_LF.csv")[0].size() == 21);
     // A given number of frames has no errors.
     mapped(scene, out, {"--spacing", "2", "--frames", "2", "--rays", "50"});
     CHECK(read_csv(out / "C80.csv")[1].back().empty());

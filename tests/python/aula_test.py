@@ -163,6 +163,14 @@ class Parameters(unittest.TestCase):
         self.assertTrue(np.isnan(self.values["IACC_E"]).all())
         # One window has no errors.
         given = aula.parameters(box(), standard_errors=True, interaural=True, **self.places, **FEW)
+        thirds = aula.parameters(box(), bands="third", standard_errors=True, **self.places, **FEW)
+        octaves = given["T30"]
+        self.assertEqual(thirds["T30"].shape, octaves.shape[:2] + (26,))
+        self.assertEqual(thirds["G_error"].shape, thirds["G"].shape)
+        # The third octaves at the centres of octaves are those of the octaves.
+        np.testing.assert_allclose(thirds["T30"][..., 1::3][..., :8], octaves, rtol=1e-3)
+        with self.assertRaisesRegex(aula.Error, "third_octaves=True"):
+            aula.measure(box(), **self.places, **FEW).parameters(bands="third")
         self.assertTrue(np.isnan(given["C80_error"]).all())
         self.assertTrue((given["IACC_E"][..., 3:] > 0).all())
         self.assertTrue((given["IACC_E_error"][..., 3:] > 0).all())

@@ -383,7 +383,12 @@ class Options {
                                  "; expected aula " + command);
         };
         if (word != Command::import) refuse(Command::map, "map", "--out");
-        refuse(Command::analyse, "analyse", "--third-octaves");
+        const bool has_parameters = word == Command::analyse || word == Command::map ||
+                                    word == Command::report || (word == Command::play && report_);
+        if (arguments_.third_octaves && !has_parameters)
+            throw InputError(
+                "--third-octaves: is used without parameters; expected --report, or aula analyse, "
+                "map or report");
         for (const char* const name :
              {"--height", "--surface", "--offset", "--spacing", "--interaural"})
             refuse(Command::map, "map", name);

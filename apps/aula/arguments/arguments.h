@@ -69,7 +69,7 @@ struct Arguments {
     ReportHead head;                               ///< of Command::report
     std::vector<std::filesystem::path> measured;   ///< of Command::report: values to compare with
     std::vector<std::filesystem::path> responses;  ///< files of Command::analyse
-    bool third_octaves = false;                    ///< of Command::analyse
+    bool third_octaves = false;                    ///< of parameters
     /// Of --speech-level and --noise-level; a scene takes them by `scene_changes`.
     std::optional<Bands> speech_db{};
     std::optional<Bands> noise_db{};

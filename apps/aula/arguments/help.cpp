@@ -46,6 +46,8 @@ modes (--ir, --echogram and --report may be combined)
   --ir OUT.wav           impulse response, sample 0 is emission; several sources: OUT-NAME.wav
   --echogram OUT.csv     energy response per octave band in 1/m2 for unit emitted energy
   --report[=OUT.json]    ISO 3382 parameters: a table on stdout; with OUT.json also as JSON
+  --third-octaves        of --report, map and report: T20 to G also in third octaves from 50 Hz to
+                         16 kHz; maps have them in place of octaves
   --frames N             measure over N frames (default: until the standard errors of level, C80,
                          T30, EDT are 0.05 dB, 0.1 dB, 1 %, 1 % in each octave, at most 2000, and
                          as far as --quality allows)

@@ -294,6 +294,25 @@ std::vector<std::string> remarks_of(const RoomReport& report) {
     return remarks;
 }
 
+/// A table of the third octaves of a pair; empty if they are omitted.
+std::string third_octaves(const PairParameters& parameters) {
+    if (parameters.third_octaves.empty()) return {};
+    std::string header = html_header("third octave in Hz");
+    for (std::size_t p = 0; p < kThirdOctaveParameterCount; ++p)
+        header += html_header(symbol_with_unit(parameter_text(p)));
+    std::string rows;
+    for (std::size_t third = 0; third < kThirdOctaveCount; ++third) {
+        std::string cells = html_cell(third_octave_name(third));
+        for (std::size_t p = 0; p < kThirdOctaveParameterCount; ++p)
+            cells += value_cell(parameters.third_octaves[p][third], parameter_text(p).decimals);
+        rows += html_row(cells);
+    }
+    return "<table>\n" + head_row(header) + rows +
+           "</table>\n<p>Third octaves: the absorption of surfaces is interpolated between "
+           "octaves, "
+           "that of air is exact.</p>\n";
+}
+
 /// The octaves of a pair with its curves.
 std::string pair_section(const RoomReport& report, std::size_t s, std::size_t r,
                          const std::optional<double>& schroeder_hz) {
@@ -312,8 +331,8 @@ std::string pair_section(const RoomReport& report, std::size_t s, std::size_t r,
         html += html_row(cells + value_cell(m.parameters[pair].broadband[p], text.decimals));
     }
     html += html_row("<td>STI</td><td colspan=\"8\"></td>" + value_cell(m.parameters[pair].sti, 2));
-    return "<section>\n" + html + "</table>\n<div class=\"plots\">\n<figure>\n" +
-           decay_svg(m.responses[pair]) +
+    return "<section>\n" + html + "</table>\n" + third_octaves(m.parameters[pair]) +
+           "<div class=\"plots\">\n<figure>\n" + decay_svg(m.responses[pair]) +
            "<figcaption>Decay curves (backward integration)</figcaption>\n</figure>\n<figure>\n" +
            echogram_svg(m.responses[pair]) +
            "<figcaption>Echogram of the octave of 1 kHz</figcaption>\n</figure>\n</div>\n"
@@ -329,6 +348,11 @@ PairParameters errors_of(const PairParameters& parameters) {
         errors.broadband[p].value = parameters.broadband[p].standard_error;
     }
     errors.sti.value = parameters.sti.standard_error;
+    for (const auto& of_parameter : parameters.third_octaves)
+        for (std::size_t t = 0; t < kThirdOctaveCount; ++t) {
+            if (t == 0) errors.third_octaves.emplace_back();
+            errors.third_octaves.back()[t].value = of_parameter[t].standard_error;
+        }
     return errors;
 }
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import os
 import warnings
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _aula
-from ._arguments import dimensions, to_array, to_file, to_number, to_speech
+from ._arguments import Bands, dimensions, in_third_octaves, to_array, to_file, to_number, to_speech
 from ._aula import Error
 
 
 def analyse(responses: ArrayLike | str | os.PathLike[str], fs: float | None = None, *,
-            bands: Literal["octave", "third"] = "octave", speech_level_db: ArrayLike | None = None,
+            bands: Bands = "octave", speech_level_db: ArrayLike | None = None,
             noise_level_db: ArrayLike | None = None) -> dict[str, NDArray[np.float64]]:
     """Parameters of ISO 3382-1 of measured impulse responses, as `aula analyse` prints them.
 
@@ -29,8 +28,7 @@ def analyse(responses: ArrayLike | str | os.PathLike[str], fs: float | None = No
     and "STI" of octaves: (...). A value is NaN if the decay range is not sufficient for it, with a
     warning that says why, or if the response is silent.
     """
-    if bands not in ("octave", "third"):
-        raise Error(f"bands: {bands!r}; expected octave or third")
+    third_octaves = in_third_octaves(bands)
     speech, noise = to_speech(speech_level_db, noise_level_db)
     if noise is not None and speech is None:
         raise Error("noise_level_db: without speech_level_db; expected both")
@@ -48,7 +46,7 @@ def analyse(responses: ArrayLike | str | os.PathLike[str], fs: float | None = No
         given = to_array("responses", responses, (None,) * max(count, 1))
         samples, shape = given.reshape(-1, given.shape[-1]), given.shape[:-1]
         file, rate = "", to_number("fs", fs, 1000, 768000)
-    values, single_numbers, lines = _aula.analyse(samples, file, rate, bands == "third", speech,
+    values, single_numbers, lines = _aula.analyse(samples, file, rate, third_octaves, speech,
                                                   noise)
     for line in lines:
         warnings.warn(line, stacklevel=2)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numbers
 import os
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._aula import Error
+
+Bands: TypeAlias = Literal["octave", "third"]
 
 
 def dimensions(value: Any) -> int:
@@ -69,6 +71,13 @@ def to_integer(name: str, value: Any, low: int, high: int) -> int:
             not low <= int(value) <= high:
         raise Error(f"{name}: {value!r}; expected an integer from {low} to {high}")
     return int(value)
+
+
+def in_third_octaves(bands: str) -> bool:
+    """True for "third", false for "octave"."""
+    if bands not in ("octave", "third"):
+        raise Error(f"bands: {bands!r}; expected octave or third")
+    return bands == "third"
 
 
 def to_bands(name: str, value: ArrayLike, low: float, high: float) -> NDArray[np.float32]:

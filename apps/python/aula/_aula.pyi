@@ -102,8 +102,8 @@ class Measurement:
     def impulse_responses(self, sample_rate_hz: float, output: str, hrtf: str,
                           ambisonic_order: int, shares: Sequence[float], threads: int, /) \
         -> NDArray[np.float32]: ...
-    def parameters(self) -> tuple[dict[str, _Values], dict[str, _Values]]:
-        """Of octave bands, (S, M, 8), and single numbers, (S, M)."""
+    def parameters(self) -> tuple[dict[str, _Values], dict[str, _Values], dict[str, _Values]]:
+        """Of octave bands, (S, M, 8), single numbers, (S, M), and third octaves, (S, M, 26)."""
     def energy(self, bin_s: float, /) -> NDArray[np.float32]: ...
 
 def analyse(samples: NDArray[np.float32], file: str, sample_rate_hz: float, third_octaves: bool,
@@ -112,7 +112,8 @@ def analyse(samples: NDArray[np.float32], file: str, sample_rate_hz: float, thir
 def library() -> list[Material]: ...
 def directivities() -> list[str]: ...
 def measure(scene: Scene, sources: Sequence[Source], receivers: NDArray[np.float32],
-            frames: int | None, max_frames: int, limits: Sequence[float], interaural: bool,
+            frames: int | None, max_frames: int, limits: Sequence[float],
+            third_octaves: bool, interaural: bool,
             overrides: Overrides, /) -> Measurement: ...
 def render(scene: Scene, samples: Mapping[str, NDArray[np.float32]], sample_rate_hz: float,
            output: str, hrtf: str, ambisonic_order: int, duration_s: float | None,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _aula
-from ._arguments import to_array, to_file, to_integer, to_number, to_output, to_speech
+from ._arguments import Bands, in_third_octaves, to_array, to_file, to_integer, to_number, to_output, to_speech
 from ._aula import Error
 from ._places import Positions, to_microphones, to_sources
 from ._scene import Scene
@@ -66,16 +66,26 @@ class Measurement:
             to_number("fs", fs, 8000, 384000), to_output(output), to_file("hrtf", hrtf),
             to_integer("ambisonic_order", ambisonic_order, 1, 3), self._shares, self._threads)
 
-    def parameters(self, *, standard_errors: bool = False) -> dict[str, NDArray[np.float64]]:
-        """The parameters, with a warning of octaves without T30; see `aula.parameters`."""
-        return self._parameters(standard_errors)
+    def parameters(self, *, bands: Bands = "octave", standard_errors: bool = False) \
+            -> dict[str, NDArray[np.float64]]:
+        """The parameters, with a warning of octaves without T30; see `aula.parameters`.
 
-    def _parameters(self, standard_errors: bool) -> dict[str, NDArray[np.float64]]:
-        for line in self._measured.missing_decays:
-            warnings.warn(line, stacklevel=3)
-        octaves, single_numbers = self._measured.parameters()
-        every = octaves | {name if name == "STI" else f"{name}_mean": arrays
-                           for name, arrays in single_numbers.items()}
+        bands: "third" needs `third_octaves=True` of `aula.measure`.
+        """
+        return self._parameters(in_third_octaves(bands), standard_errors)
+
+    def _parameters(self, third_octaves: bool, standard_errors: bool) -> dict[str, NDArray[np.float64]]:
+        octaves, single_numbers, thirds = self._measured.parameters()
+        if third_octaves:
+            if not thirds:
+                raise Error("bands: \"third\", but there are no third octaves; expected "
+                            "third_octaves=True of measure()")
+            every = thirds
+        else:
+            for line in self._measured.missing_decays:
+                warnings.warn(line, stacklevel=3)
+            every = octaves | {name if name == "STI" else f"{name}_mean": arrays
+                               for name, arrays in single_numbers.items()}
         result = {name: values for name, (values, _) in every.items()}
         if standard_errors:
             result.update({f"{name}_error": errors for name, (_, errors) in every.items()})
@@ -92,7 +102,8 @@ def measure(room: Scene, *, sources: Positions | None = None,
             t30_error: float = 0.01, edt_error: float = 0.01, seed: int | None = None,
             rays: int | None = None, length_s: float | None = None,
             speech_level_db: ArrayLike | None = None, noise_level_db: ArrayLike | None = None,
-            interaural: bool = False, threads: int = 1) -> Measurement:
+            third_octaves: bool = False, interaural: bool = False,
+            threads: int = 1) -> Measurement:
     """Traces sound from all sources to all microphones, with everything at rest.
 
     sources: positions (S, 3) or (3,) in m, or a list of `Source`; default: those of the room.
@@ -107,6 +118,8 @@ def measure(room: Scene, *, sources: Positions | None = None,
         of a source: one level of male speech in dB(A), or 8 octave levels. Noise at the
         microphones: one level for every octave band, or 8. Default: those of the scene file, else
         60 dB(A) without noise.
+    third_octaves: True adds the parameters T20 to G in third octaves: the loss by surfaces is
+        interpolated between octaves, that by air is exact.
     interaural: True computes IACC_E and IACC_L, which takes a binaural response of each pair.
     threads: number of threads; it does not affect results.
     """
@@ -131,7 +144,8 @@ def measure(room: Scene, *, sources: Positions | None = None,
     measured = _aula.measure(
         room._scene, measured_sources, poses,
         None if frames is None else to_integer("frames", frames, 1, 10**6),
-        to_integer("max_frames", max_frames, 1, 10**6), limits, bool(interaural),
+        to_integer("max_frames", max_frames, 1, 10**6), limits,
+        bool(third_octaves), bool(interaural),
         _overrides(seed, rays, length_s, threads, speech_level_db, noise_level_db))
     for line in measured.warnings:
         warnings.warn(line, stacklevel=3)
@@ -169,9 +183,13 @@ def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions
 
 
 def parameters(room: Scene, *, sources: Positions | None = None,
-               microphones: Positions | None = None, standard_errors: bool = False,
+               microphones: Positions | None = None, bands: Bands = "octave",
+               standard_errors: bool = False,
                **measuring: Any) -> dict[str, NDArray[np.float64]]:
     """Parameters of ISO 3382-1 in octave bands: {"T20", "T30", "EDT", "C50", ...}: (S, M, 8).
+
+    bands: "third" gives those from T20 to G in the 26 third octaves from 50 Hz to 16 kHz in their
+        place, (S, M, 26), without single numbers.
 
     T20, T30, EDT and Ts are in s; C50, C80, G and L_J in dB; D50, J_LF and J_LFC are shares; IACC_E
     and IACC_L need `interaural=True`. "T30_mean" and so on, (S, M), are the single numbers of ISO
@@ -184,8 +202,11 @@ def parameters(room: Scene, *, sources: Positions | None = None,
     measuring: the arguments of `measure`.
     """
     _check_keywords("parameters", measuring)
+    third_octaves = in_third_octaves(bands)
+    if third_octaves:
+        measuring["third_octaves"] = True
     return measure(room, sources=sources, microphones=microphones, **measuring)._parameters(
-        standard_errors)
+        third_octaves, standard_errors)
 
 
 def energy(room: Scene, *, sources: Positions | None = None,

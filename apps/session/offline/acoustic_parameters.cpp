@@ -66,7 +66,8 @@ std::optional<double> single_number(const Description& description,
     return of_energies ? 10 * std::log10(mean) : mean;
 }
 
-/// All values: [parameter * kBandCount + band], then the single numbers, then STI.
+/// All values: [parameter * kBandCount + band], then the single numbers, then STI, then third
+/// octaves.
 MeasuredValues values_of(const RoomParameters& bands,
                          const std::array<LateralParameters, kBandCount>& lateral,
                          const std::optional<double>& sti) {
@@ -87,14 +88,24 @@ MeasuredValues values_of(const RoomParameters& bands,
     return values;
 }
 
+/// Adds the values in third octaves: [parameter * kThirdOctaveCount + third octave].
+void add_third_octaves(const ThirdOctaveParameters& thirds, MeasuredValues& values) {
+    for (std::size_t p = 0; p < kThirdOctaveParameterCount; ++p)
+        for (const BandParameters& third : thirds) values.push_back(third.*kDescriptions[p].value);
+}
+
 MeasuredValues values_of(const EnergyResponse& response, const ParameterContext& context) {
     const RoomParameters bands = room_parameters(response);
     bool is_complete = true;
     for (std::size_t b = 0; b < kBandCount; ++b) is_complete &= b == 0 || bands[b].g_db;
-    return values_of(bands, lateral_parameters(response, context.lateral_axis),
-                     is_complete ? speech_transmission_index(response, context.speech.speech_db,
-                                                             context.speech.noise_db)
-                                 : std::nullopt);
+    MeasuredValues values = values_of(
+        bands, lateral_parameters(response, context.lateral_axis),
+        is_complete
+            ? speech_transmission_index(response, context.speech.speech_db, context.speech.noise_db)
+            : std::nullopt);
+    if (context.third_octaves)
+        add_third_octaves(third_octave_parameters(response, *context.third_octaves), values);
+    return values;
 }
 
 /// The values and errors in the order of values_of().
@@ -107,6 +118,12 @@ PairParameters sorted(const MeasuredValues& values, const MeasuredValues& errors
         parameters.broadband[p] = {values[kOctaveValues + p], errors[kOctaveValues + p]};
     }
     parameters.sti = {values[kSti], errors[kSti]};
+    constexpr std::size_t kFirst = kSti + 1;
+    for (std::size_t i = kFirst; i < values.size(); ++i) {
+        const std::size_t third = (i - kFirst) % kThirdOctaveCount;
+        if (third == 0) parameters.third_octaves.emplace_back();
+        parameters.third_octaves.back()[third] = {values[i], errors[i]};
+    }
     return parameters;
 }
 

@@ -13,6 +13,8 @@ namespace aula {
 struct ParameterContext {
     Vec3 lateral_axis{0, 1, 0};  ///< unit vector
     SpeechConditions speech;     ///< with the level of an omnidirectional source of the same power
+    /// The air, for parameters in third octaves; absent: omitted.
+    std::optional<Medium> third_octaves{};
 };
 
 /// The horizontal axis perpendicular to the direction from a receiver to a source; the receiver's

@@ -172,7 +172,9 @@ std::string name_of(const Measurement& m, std::size_t pair) {
 
 /// The parameters of all pairs.
 std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans& means,
-                                          const SpeechConditions& speech) {
+                                          const SpeechConditions& speech, bool third_octaves) {
+    std::optional<Medium> air;
+    if (third_octaves) air = m.medium;
     std::vector<PairParameters> parameters(m.responses.size());
     WorkerPool workers(m.simulation.threads.value_or(default_threads()));
     workers.run(parameters.size(), [&](std::size_t pair) {
@@ -181,7 +183,7 @@ std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans&
         const Source& source = m.sources[pair / m.receivers.size()];
         parameters[pair] =
             acoustic_parameters(means[pair], {lateral_axis(receiver, source.position_at(0)),
-                                              with_power_of(speech, source.directivity)});
+                                              with_power_of(speech, source.directivity), air});
     });
     return parameters;
 }
@@ -326,7 +328,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         m.uncertain.push_back(has_errors ? uncertain_parameters(means[pair], options.limits) : "");
     }
     if (options.parameters) {
-        m.parameters = parameters_of(m, means, scene.speech);
+        m.parameters = parameters_of(m, means, scene.speech, options.third_octaves);
         find_missing_decays(m);
     }
     const auto continues_after_frames = [&](double done) {

@@ -35,11 +35,11 @@ std::string general(double value, int digits) {
 /// Either the value or the standard error of a measured value.
 using Part = std::optional<double> MeasuredValue::*;
 
-/// {"T20":..,..} of the value that `of` gives for each parameter.
+/// {"T20":..,..} of the value that `of` gives for each of the first `count` parameters.
 template <typename Of>
-std::string json_parameters(const Of& of) {
+std::string json_parameters(const Of& of, std::size_t count = kAcousticParameterCount) {
     std::string json = "{";
-    for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
+    for (std::size_t p = 0; p < count; ++p) {
         if (p) json += ',';
         json += '"' + std::string(acoustic_parameter_name(acoustic_parameter(p))) +
                 "\":" + json_value(of(p));
@@ -47,7 +47,7 @@ std::string json_parameters(const Of& of) {
     return json + '}';
 }
 
-/// The members "bands", "broadband" and "STI"; each line begins with `line`.
+/// The members "bands", "broadband", "STI" and "third_octaves"; each line begins with `line`.
 std::string json_members(const PairParameters& parameters, Part part, const std::string& line) {
     std::string json = "\"bands\":{";
     for (std::size_t band = 0; band < kBandCount; ++band) {
@@ -59,7 +59,17 @@ std::string json_members(const PairParameters& parameters, Part part, const std:
     json += "}," + line + "\"broadband\":" + json_parameters([&](std::size_t p) {
                 return parameters.broadband[p].*part;
             });
-    return json + ",\"STI\":" + json_value(parameters.sti.*part);
+    json += ",\"STI\":" + json_value(parameters.sti.*part);
+    if (parameters.third_octaves.empty()) return json;
+    json += "," + line + "\"third_octaves\":{";
+    for (std::size_t third = 0; third < kThirdOctaveCount; ++third) {
+        json += (third ? "," : "") + line;
+        json +=
+            '"' + std::string(third_octave_name(third)) + "\":" +
+            json_parameters([&](std::size_t p) { return parameters.third_octaves[p][third].*part; },
+                            kThirdOctaveParameterCount);
+    }
+    return json + '}';
 }
 
 /// True if errors of the energy response are known. Those of IACC always are.
@@ -67,6 +77,22 @@ bool has_errors(const PairParameters& parameters) {
     for (std::size_t band = 0; band < kBandCount; ++band)
         if (parameters.octave(AcousticParameter::d50, band).standard_error) return true;
     return false;
+}
+
+/// The parameters in third octaves, one line each; empty if they are omitted.
+std::string third_octave_table(const PairParameters& parameters) {
+    if (parameters.third_octaves.empty()) return {};
+    std::string table = table_cell("Hz");
+    for (std::size_t p = 0; p < kThirdOctaveParameterCount; ++p)
+        table += table_cell(parameter_label(acoustic_parameter(p)));
+    table += '\n';
+    for (std::size_t third = 0; third < kThirdOctaveCount; ++third) {
+        table += table_cell(third_octave_name(third));
+        for (std::size_t p = 0; p < kThirdOctaveParameterCount; ++p)
+            table += table_cell(parameters.third_octaves[p][third].value, kDecimals[p]);
+        table += '\n';
+    }
+    return table;
 }
 
 }  // namespace
@@ -172,7 +198,8 @@ std::string report_table(const Measurement& measurement) {
         table += "source " + printable_line(measurement.sources[s].name) + '\n' +
                  octave_table(parameters, kAcousticParameterCount) + table_cell("STI") +
                  table_cell(parameters.sti.value, 2) +
-                 (parameters.sti.value ? "  " + speech_names(parameters.sti) : "") + '\n';
+                 (parameters.sti.value ? "  " + speech_names(parameters.sti) : "") + '\n' +
+                 third_octave_table(parameters);
     }
     return table;
 }

@@ -43,8 +43,8 @@ std::string speech_names(const MeasuredValue& index);
 /// A number as JSON with 6 digits, independent of the locale; null if it is absent.
 std::string json_value(const std::optional<double>& value);
 
-/// "bands":{"63":{"T20":..,..},..},"broadband":{..},"STI":.. without errors; null for absent
-/// values.
+/// "bands":{"63":{"T20":..,..},..},"broadband":{..},"STI":.. without errors, and
+/// "third_octaves":{"50":{"T20":..,..},..} unless they are omitted; null for absent values.
 std::string parameters_json(const PairParameters& parameters);
 
 /// The energy responses as CSV with the header "source,time_s,63,...,8000": source by source, a row
@@ -55,9 +55,8 @@ std::string echogram_csv(const Scene& scene, const Measurement& measurement, dou
 /// audible.
 std::vector<RoomParameters> room_parameters(const Measurement& measurement);
 
-/// {"sources":[{"name":..,"bands":{"63":{"T20":..,..},..},"broadband":{..},"STI":..,
-/// "standard_errors":{"bands":{..},"broadband":{..},"STI":..}}]} of the first receiver; null for
-/// absent values, without "standard_errors" if they are unknown. Requires Measurement::parameters.
+/// {"sources":[{"name":.., members of parameters_json(), "standard_errors":{the same}}]} of the
+/// first receiver; null for absent values, without "standard_errors" if they are unknown. Requires Measurement::parameters.
 std::string report_json(const Measurement& measurement);
 
 /// The same as a table for display, without standard errors; "-" for absent values.

@@ -21,7 +21,7 @@ void Model::start_map(double height_m, double spacing_m) {
                     const MapProgress::End end{*progress};
                     auto mapped = std::make_shared<MappedRoom>();
                     mapped->grid = receiver_grid(played, RayScene(played), height_m, spacing_m);
-                    auto measured = measure_map(played, mapped->grid, {}, false, [&](double done) {
+                    auto measured = measure_map(played, mapped->grid, {}, {}, [&](double done) {
                         progress->done = done;
                         return !progress->cancelled;
                     });

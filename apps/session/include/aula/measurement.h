@@ -17,6 +17,7 @@
 #include "aula/engine/energy_response.h"
 #include "aula/engine/scene.h"
 #include "aula/engine/simulation.h"
+#include "aula/engine/third_octaves.h"
 
 namespace aula {
 
@@ -42,6 +43,9 @@ enum class AcousticParameter {
 /// Number of acoustic parameters.
 inline constexpr std::size_t kAcousticParameterCount = 13;
 
+/// Number of the parameters that exist in third octaves: the first ones, from T20 to G.
+inline constexpr std::size_t kThirdOctaveParameterCount = 8;
+
 /// The name of a parameter in reports, for instance "T30".
 std::string_view acoustic_parameter_name(AcousticParameter parameter);
 
@@ -63,6 +67,9 @@ struct PairParameters {
     /// Hz, for J_LF and J_LFC over those from 125 to 1000 Hz, for IACC over those from 500 to 2000
     /// Hz; for L_J the level of the mean energy from 125 to 1000 Hz.
     std::array<MeasuredValue, kAcousticParameterCount> broadband;
+
+    /// [parameter][third octave] of the parameters from T20 to G; empty if omitted.
+    std::vector<std::array<MeasuredValue, kThirdOctaveCount>> third_octaves;
 
     /// Speech transmission index by IEC 60268-16:2011, 0..1, with male weights.
     MeasuredValue sti;
@@ -97,6 +104,8 @@ struct MeasurementOptions {
     /// used with `frames`. At least half of it, and two windows, are for the energy responses.
     double max_work_s = std::numeric_limits<double>::infinity();
     bool parameters = true;  ///< false omits Measurement::parameters
+    /// True adds parameters in third octaves: surfaces interpolated between octaves, air exact.
+    bool third_octaves = false;
     /// True adds the interaural coefficients, with binaural impulse responses of all pairs: the
     /// head, MIT KEMAR, faces the source. Their standard errors are those of the noise of the
     /// reverberation, not of the energy response. Otherwise they are empty.

@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "aula/engine/energy_response.h"
+#include "aula/engine/medium.h"
+#include "aula/engine/third_octaves.h"
 
 namespace aula {
 
@@ -30,6 +32,14 @@ using RoomParameters = std::array<BandParameters, kBandCount>;
 /// -10 dB (EDT) is 10 dB above the tail. The other parameters are empty unless the total is 10 dB
 /// above the tail.
 RoomParameters room_parameters(const EnergyResponse& response);
+
+/// The parameters of a response, [third octave].
+using ThirdOctaveParameters = std::array<BandParameters, kThirdOctaveCount>;
+
+/// The same in third octaves, from the octaves of the response and its medium: the loss by surfaces
+/// in dB is interpolated linearly in the logarithm of the frequency, that by air is exact at the
+/// centre of each third octave.
+ThirdOctaveParameters third_octave_parameters(const EnergyResponse& response, const Medium& medium);
 
 /// Strength in dB below which a source is not audible: 60 dB below its level at 1 m. A voice of
 /// 60 dB at 1 m (ISO 9921, normal effort) then has 0 dB, the threshold of hearing.
