@@ -132,7 +132,7 @@ py::dict simulation_dict(const Simulation& s) {
                     "transmission"_a = s.transmission, "response_time_s"_a = s.response_time_s,
                     "patch_size_m"_a = s.patch_size_m, "listener_radius_m"_a = s.listener_radius_m,
                     "frame_rate_hz"_a = s.frame_rate_hz, "ir_length_s"_a = s.ir_length_s,
-                    "seed"_a = s.seed, "memory_mb"_a = s.memory_mb);
+                    "seed"_a = s.seed, "memory_mb"_a = s.memory_mb, "waves_hz"_a = s.waves_hz);
 }
 
 /// Assigns a setting from Python. Throws InputError, py::cast_error for another type.
@@ -177,6 +177,8 @@ void set_setting(Simulation& s, const std::string& name, const py::handle& value
         assign(s.seed);
     } else if (name == "memory_mb") {
         assign(s.memory_mb);
+    } else if (name == "waves_hz") {
+        assign(s.waves_hz);
     } else {
         throw InputError("there is no setting \"" + name + "\" of the simulation");
     }

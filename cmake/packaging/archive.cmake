@@ -86,7 +86,7 @@ endforeach()
 # Licences: those of the packages of the libraries and of what is compiled in.
 file(REMOVE_RECURSE "${root}/share/doc/aula-lv2" "${root}/share/doc/libaula0")
 set(documents "${root}/share/doc/aula")
-set(packages libcli11-dev libglm-dev libhdf5-dev libimgui-dev nlohmann-json3-dev portaudio19-dev
+set(packages libcli11-dev libeigen3-dev libglm-dev libhdf5-dev libimgui-dev nlohmann-json3-dev portaudio19-dev
              robin-map-dev)
 set(files "")
 foreach(library IN LISTS libraries)

@@ -119,6 +119,11 @@ bool JsonReader::is_text(const char* text) const {
     return x != nullptr && *x == text;
 }
 
+bool JsonReader::is_false() const {
+    const bool* x = std::get_if<bool>(&value_->value);
+    return x != nullptr && !*x;
+}
+
 bool JsonReader::boolean() const {
     const bool* x = std::get_if<bool>(&value_->value);
     if (x == nullptr) fail_type("true or false");

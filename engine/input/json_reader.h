@@ -85,6 +85,7 @@ class JsonReader {
     bool is_list() const;
     bool is_object() const;
     bool is_text(const char* text) const;  ///< that string
+    bool is_false() const;
     bool boolean() const;
     /// A string without NUL characters.
     std::string string(const char* expected) const;

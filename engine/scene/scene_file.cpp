@@ -197,11 +197,19 @@ Quality read_quality(const JsonReader& json) {
     json.fail("unknown quality " + quoted(name) + "; expected " + kExpected);
 }
 
+/// false, "auto" or a frequency.
+float read_waves(const JsonReader& json) {
+    constexpr NumberRange kWaves_hz{Simulation::kLowestWaves_hz, Simulation::kHighestWaves_hz, true,
+                                    "\"auto\", false, or Hz from 20 to 500"};
+    if (json.is_false()) return 0;
+    return json.is_text("auto") ? Simulation::kHighestWaves_hz : json.real(kWaves_hz);
+}
+
 Simulation read_simulation(const JsonReader& json) {
     json.allow_keys({"estimator", "quality", "rays", "order", "response_time_s", "patch_size_m",
                      "listener_radius_m", "frame_rate_hz", "ir_length_s", "seed", "threads",
                      "memory_mb", "direct", "diffraction_order", "specular_order", "specular",
-                     "transmission"});
+                     "transmission", "waves"});
     constexpr NumberRange kResponseTime_s{0, Simulation::kMaxResponseTime_s, true,
                                           "seconds from 0 to 3600"};
     constexpr NumberRange kLength_m{0, Simulation::kMaxLength_m, false,
@@ -238,6 +246,7 @@ Simulation read_simulation(const JsonReader& json) {
     });
     json.read("specular", [&](const JsonReader& x) { s.specular = x.boolean(); });
     json.read("transmission", [&](const JsonReader& x) { s.transmission = x.boolean(); });
+    json.read("waves", [&](const JsonReader& x) { s.waves_hz = read_waves(x); });
     return s;
 }
 

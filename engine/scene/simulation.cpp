@@ -89,6 +89,8 @@ void Simulation::check() const {
     need(is_above_0(listener_radius_m, kMaxLength_m),
          "listener_radius_m is not above 0, at most 1e6");
     need(is_above_0(frame_rate_hz, kMaxFrameRate_hz), "frame_rate_hz is not above 0, at most 1000");
+    need(waves_hz == 0 || is_within(waves_hz, kLowestWaves_hz, kHighestWaves_hz),
+         "waves_hz is not 0 or between 20 and 500");
     need(is_within(response_time_s, 0.0F, kMaxResponseTime_s),
          "response_time_s is not between 0 and 3600");
     need(is_within(memory_mb, 1, kMaxMemory_mb), "memory_mb is not between 1 and 1000000");

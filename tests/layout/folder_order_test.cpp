@@ -28,7 +28,7 @@ const std::array kParts = {
          {"base", "dsp", "convolution", "spatial", "render", "file", "device"},
          {"process"}},
     Part{"apps/session",
-         {"base", "frames", "auralizer", "offline", "edit", "live", "remote", ""},
+         {"base", "frames", "auralizer", "waves", "offline", "edit", "live", "remote", ""},
          {"engine", "audio", "process"}},
     Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
     Part{"apps/documents", {"", "report"}, {"apps/session", "engine", "audio"}},

@@ -135,6 +135,8 @@ std::string conditions_section(const RoomReport& report) {
                      yes_no(simulation.direct) + ", " + yes_no(simulation.specular) + ", " +
                          yes_no(simulation.transmission));
     html += text_row("highest diffraction order", std::to_string(simulation.diffraction_order));
+    if (m.waves_below_hz > 0)
+        html += text_row("modes of the room below", formatted("%.0f Hz", m.waves_below_hz));
     if (m.patch_size_m > 0)
         html += text_row("size of patches", formatted("%.2g m", double{m.patch_size_m}));
     html += text_row("temperature, humidity, pressure",

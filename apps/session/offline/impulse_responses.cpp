@@ -6,6 +6,7 @@
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/offline/diffuse_noise.h"
+#include "apps/session/waves/wave_join.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
@@ -135,14 +136,56 @@ ImpulseResponses::~ImpulseResponses() = default;
 std::vector<std::vector<float>> ImpulseResponses::response(std::size_t source,
                                                            std::size_t receiver) const {
     const Measurement& m = state_->measurement;
-    const EnergyResponse& energy = m.response(source, receiver);
+    const std::size_t pair = m.pair(source, receiver);
+    const PairWaves* const waves =
+        m.waves && m.waves->pairs[pair] ? &*m.waves->pairs[pair] : nullptr;
+    const EnergyResponse& energy = waves != nullptr ? m.waves->rays[pair] : m.responses[pair];
     ImpulseResponseBuilder builder(state_->carriers(source, receiver), m.medium, m.length_s,
                                    m.sources[source].name, field_order(state_->config));
     ImpulseResponse response;
     builder.build(energy, response);
     const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),
                                            m.sources[source].gain_db);
-    return render_response(sound, state_->config, m.length_s, m.receivers[receiver], state_->hrtf);
+    const auto render = [&](const SourceSound& part) {
+        return render_response(part, state_->config, m.length_s, m.receivers[receiver],
+                               state_->hrtf);
+    };
+    if (waves == nullptr) return render(sound);
+    // The direct sound remains whole; modes and all other rays are joined.
+    std::vector<std::vector<float>> result;
+    const auto add = [&](const std::vector<std::vector<float>>& part) {
+        result.resize(part.size());
+        for (std::size_t c = 0; c < part.size(); ++c) {
+            result[c].resize(std::max(result[c].size(), part[c].size()));
+            for (std::size_t i = 0; i < part[c].size(); ++i) result[c][i] += part[c][i];
+        }
+    };
+    const double rate_hz = state_->config.sample_rate_hz;
+    const std::vector<float> silence(builder.length_samples());
+    SourceSound silent = sound;
+    silent.direct.reset();
+    silent.early.clear();
+    for (std::size_t c = 0; c < response.channels.size(); ++c) silent.ambisonics[c] = silence;
+
+    SourceSound rays = sound;
+    if (waves->has_direct()) {
+        rays.direct.reset();
+        SourceSound direct = silent;
+        direct.direct = sound.direct;
+        std::vector<std::vector<float>> part = render(direct);
+        for (std::vector<float>& channel : part) cut_subsonic(rate_hz, channel);
+        add(part);
+    }
+    std::vector<std::vector<float>> high = render(rays);
+    for (std::vector<float>& channel : high) keep_high(m.waves->masks, rate_hz, channel);
+    add(high);
+    const auto modes = waves->impulse_response(rate_hz, builder.length_samples());
+    SourceSound low = silent;
+    for (std::size_t c = 0; c < std::min(modes.size(), response.channels.size()); ++c) {
+        low.ambisonics[c] = modes[c];
+    }
+    add(render(low));
+    return result;
 }
 
 }  // namespace aula

@@ -13,6 +13,7 @@
 #include "apps/session/offline/interaural.h"
 #include "apps/session/offline/measurement_error.h"
 #include "apps/session/offline/static_propagation.h"
+#include "apps/session/waves/wave_join.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/exception.h"
 #include "engine/base/worker_pool.h"
@@ -128,6 +129,56 @@ class PairMeans {
  private:
     std::vector<WindowedMean> means_;  ///< [pair]
     std::size_t uncertain_ = 0;
+};
+
+/// The modes of the room, if the scene asks for them, joined to the responses of rays.
+class MeasuredWaves {
+ public:
+    MeasuredWaves(const Scene& scene, const std::vector<Pose>& receivers)
+        : sources_(scene.sources), receivers_(receivers) {
+        if (scene.simulation.waves_hz > 0) join_.emplace(scene, receivers);
+    }
+
+    /// Adds the modes to the responses of a window, [pair].
+    void join(std::vector<EnergyResponse>& responses) {
+        if (!join_) return;
+        const bool is_first = rays_.empty();
+        if (is_first) rays_.resize(responses.size());
+        for (std::size_t pair = 0; pair < responses.size(); ++pair) {
+            if (is_first) {
+                pairs_.push_back(join_->pair(sources_[pair / receivers_.size()],
+                                             receivers_[pair % receivers_.size()].position,
+                                             responses[pair]));
+                energies_.push_back(pairs_[pair] ? pairs_[pair]->energy(responses[pair].bins)
+                                                 : WaveEnergy());
+            }
+            rays_[pair].add(responses[pair]);
+            if (pairs_[pair]) energies_[pair].join(responses[pair]);
+        }
+    }
+
+    /// Gives the modes to the measurement.
+    void finish(Measurement& m) const {
+        if (!join_) return;
+        if (!join_->why_not().empty()) {
+            m.warnings.push_back(join_->why_not());
+            return;
+        }
+        auto waves = std::make_shared<JoinedWaves>();
+        waves->masks = join_->masks();
+        waves->pairs = pairs_;
+        for (const ResponseMean& rays : rays_) waves->rays.push_back(rays.value());
+        m.waves_below_hz = waves->masks.crossover_hz;
+        m.waves = std::move(waves);
+    }
+
+ private:
+    const std::vector<Source>& sources_;
+    const std::vector<Pose>& receivers_;
+    std::optional<WaveJoin> join_;
+    std::vector<std::optional<PairWaves>> pairs_;  ///< [pair]
+    std::vector<WaveEnergy> energies_;             ///< [pair]
+    std::vector<ResponseMean> rays_;               ///< [pair]
 };
 
 void check(const SpeechConditions& speech) {
@@ -276,13 +327,15 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
                options.progress(propagation.work_s() / (all_frames_s + interaural_s));
     };
     PairMeans means(scene.sources.size() * receivers.size());
+    MeasuredWaves waves(scene, receivers);
     std::vector<char> connected;
     bool certain = false;
     bool at_end_of_budget = false;
     for (std::size_t next_check = kFewestWindows;
          !certain && propagation.frames() + window <= max_frames;) {
-        const std::vector<EnergyResponse> responses = propagation.window(window, continues);
+        std::vector<EnergyResponse> responses = propagation.window(window, continues);
         if (responses.empty()) return std::nullopt;
+        waves.join(responses);
         means.add(responses);
         if (connected.empty()) {
             connected = propagation.connected();
@@ -316,6 +369,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
             "the budget of the measurement ended it after %d frames%s", m.frames,
             scene.simulation.quality == Quality::draft ? "; --quality normal or fine takes longer"
                                                        : "; --quality fine takes longer"));
+    waves.finish(m);
     warn_of_patch_size(scene.simulation, propagation.patch_size_m(), m.warnings);
     for (std::size_t pair = 0; pair < connected.size(); ++pair) {
         m.responses.push_back(means[pair].mean());

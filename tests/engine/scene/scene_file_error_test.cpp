@@ -204,6 +204,8 @@ TEST_CASE("numbers out of range are refused with their place") {
         {"\"rays\": 1000", "\"specular_order\": -1", "/simulation/specular_order", "-1"},
         {"\"rays\": 1000", "\"diffraction_order\": 5", "/simulation/diffraction_order",
          "5 is out of range; expected a whole number from 0 to 4"},
+        {"\"rays\": 1000", "\"waves\": 5", "/simulation/waves",
+         "5 is out of range; expected \"auto\", false, or Hz from 20 to 500"},
         {"\"rays\": 1000", "\"response_time_s\": -0.1", "/simulation/response_time_s", "-0.1"},
         {"\"rays\": 1000", "\"patch_size_m\": 0", "/simulation/patch_size_m", "0 is out"},
         {"\"rays\": 1000", "\"patch_size_m\": 1e-60", "/simulation/patch_size_m", "1e-60 is out"},

@@ -22,6 +22,7 @@
 namespace aula {
 
 class Hrtf;
+struct JoinedWaves;
 
 /// The parameters of a measurement, in the order of their columns. More may follow at the end.
 enum class AcousticParameter {
@@ -131,11 +132,13 @@ struct Measurement {
     /// [pair] The parameters with larger standard errors than wanted, each with its worst octave;
     /// empty if there are none, if the source is not audible, or for a given number of frames.
     std::vector<std::string> uncertain;
-    std::vector<PairParameters> parameters;  ///< [pair]; empty if omitted
-    double length_s = 0;                     ///< of the responses
-    int frames = 0;                          ///< that were computed
-    MeasurementLimits limits;                ///< that were wanted
-    float patch_size_m = 0;                  ///< as traced, where memory bounds it; 0: no patches
+    std::vector<PairParameters> parameters;    ///< [pair]; empty if omitted
+    double length_s = 0;                       ///< of the responses
+    int frames = 0;                            ///< that were computed
+    MeasurementLimits limits;                  ///< that were wanted
+    double waves_below_hz = 0;                 ///< crossover of modes and rays; 0: rays alone
+    std::shared_ptr<const JoinedWaves> waves;  ///< for ImpulseResponses; null: rays alone
+    float patch_size_m = 0;                    ///< as traced, where memory bounds it; 0: no patches
     /// Lines on octaves without T30, one for each reason; empty if parameters are omitted.
     std::vector<std::string> missing_decays;
     std::vector<std::string> warnings;  ///< lines on the measurement as a whole
