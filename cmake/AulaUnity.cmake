@@ -1,7 +1,8 @@
 # Unity builds: the sources of a folder that belong to one target are compiled together, so that
-# their headers are parsed once. Names in anonymous namespaces are therefore unique in a folder.
-# Sources with further options or definitions are compiled alone. -DCMAKE_UNITY_BUILD=OFF, as in the
-# preset dev, compiles each source alone, to find missing includes. Tests are compiled alone.
+# their headers are parsed once. Names in anonymous namespaces are therefore unique in a folder; a
+# test whose names recur in its folder is in a namespace with the name of its file. Sources with
+# further options or definitions are compiled alone. -DCMAKE_UNITY_BUILD=OFF, as in the preset dev,
+# compiles each source alone, to find missing includes.
 
 # aula_group_by_folder(DIRECTORY): groups the sources of all targets of the directory and below.
 function(aula_group_by_folder directory)

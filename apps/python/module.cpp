@@ -26,9 +26,9 @@ PYBIND11_MODULE(_aula, module) {
         try {
             std::rethrow_exception(std::move(thrown));
         } catch (const aula::InputError& e) {
-            error(aula::printable_line(e.what()).c_str());
+            PyErr_SetString(error.ptr(), aula::printable_line(e.what()).c_str());
         } catch (const aula::Failure& e) {
-            failure(aula::printable_line(e.what()).c_str());
+            PyErr_SetString(failure.ptr(), aula::printable_line(e.what()).c_str());
         }
     });
     module.attr("version") = AULA_VERSION;

@@ -233,7 +233,7 @@ TEST_CASE(
     CHECK(result.out.find("skipped, no missing.obj") != std::string::npos);
     const nlohmann::json rows = rows_in(folder).at("rows");
     REQUIRE(rows.size() == 3);
-    for (const int i : {0, 1}) {
+    for (const std::size_t i : {0U, 1U}) {
         const nlohmann::json& row = rows[i];
         check_keys(row, {"bench", "scene", "basis", "sources", "edges", "frame_ms",
                          "diffraction_ms", "diffraction_share"});

@@ -13,6 +13,8 @@
 #include "tests/support/statistics.h"
 #include "tests/support/test_scenes.h"
 
+namespace moves_test {
+
 using namespace aula;
 using aula::test::with;
 
@@ -74,7 +76,7 @@ TEST_CASE("from tau after a change on, nothing from before it remains in the cac
             const EnergyResponse a = run(here, window);
             const EnergyResponse b = run(there, window);
             // To the bit in the early bins; later ones are smoothed.
-            const std::size_t early = a.bins.index(0.032);
+            const auto early = static_cast<std::ptrdiff_t>(a.bins.index(0.032));
             CHECK(std::equal(a.energy.begin(), a.energy.begin() + early, b.energy.begin()));
             CHECK(
                 std::equal(a.intensity.begin(), a.intensity.begin() + early, b.intensity.begin()));
@@ -400,3 +402,5 @@ TEST_CASE("The memory limit holds where panels divide many patches") {
     CHECK(static_cast<double>(most) < 1.02e6 * scene.simulation.memory_mb);
     CHECK(static_cast<double>(most) > 0.5e6 * scene.simulation.memory_mb);
 }
+
+}  // namespace moves_test

@@ -13,6 +13,8 @@
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
 
+namespace moving_panels_test {
+
 using namespace aula;
 
 namespace {
@@ -320,3 +322,5 @@ TEST_CASE("late fluence in a lossless room is c P / V while a screen turns") {
         CHECK(std::abs(e.z(0.9 * exact)) > test::kRefutedZ);
     }
 }
+
+}  // namespace moving_panels_test

@@ -13,6 +13,8 @@
 #include "tests/support/statistics.h"
 #include "tests/support/test_scenes.h"
 
+namespace propagation_test {
+
 using namespace aula;
 using aula::test::with;
 
@@ -441,3 +443,5 @@ TEST_CASE("while both ends hold rays, their gathers together trace hardly more r
     }
     CHECK(shared > 0);
 }
+
+}  // namespace propagation_test

@@ -9,6 +9,8 @@
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
+namespace reciprocity_test {
+
 using namespace aula;
 
 namespace {
@@ -204,3 +206,5 @@ TEST_CASE("the order is limited at partly specular surfaces as well") {
         CHECK(std::abs(b.mean - 1.1 * a.mean) > test::kRefutedZ * error + 0.01 * a.mean);
     }
 }
+
+}  // namespace reciprocity_test

@@ -14,6 +14,8 @@
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
+namespace source_directivity_test {
+
 using namespace aula;
 
 namespace {
@@ -354,3 +356,5 @@ TEST_CASE("an omnidirectional source gives the same bits in any orientation") {
         CHECK_FALSE(test::same_bits(response("cardioid", false), response("cardioid", true)));
     }
 }
+
+}  // namespace source_directivity_test

@@ -16,6 +16,8 @@
 #include "tests/support/statistics.h"
 #include "tests/support/test_scenes.h"
 
+namespace steadiness_test {
+
 using namespace aula;
 
 namespace {
@@ -289,3 +291,5 @@ TEST_CASE("the caches of all receivers together are within the memory") {
     CHECK(propagation.statistics().memory_bytes > 1'000'000);
     CHECK(propagation.statistics().memory_bytes < 4'000'000);
 }
+
+}  // namespace steadiness_test

@@ -122,7 +122,7 @@ TEST_CASE("Ardour exports the same audio data from a loaded session at all buffe
     std::vector<float> first;
     std::string first_sha256;
     // The session is closed and loaded between the sizes.
-    for (const std::size_t buffer : {64, 256, 1024}) {
+    for (const std::size_t buffer : {64U, 256U, 1024U}) {
         INFO(buffer);
         // The places of the preset, the gain and the quality: fewer rays are a faster export.
         CHECK(session.export_takes(2, buffer, kSamples) ==
@@ -163,7 +163,7 @@ TEST_CASE("Automation of the source in Ardour sounds like the same walk offline"
     const std::vector<float> wanted = wav_samples(offline);
     const std::vector<float> exported = session.exported(256, 1);
     REQUIRE(exported.size() == wanted.size());
-    for (const std::size_t ear : {0, 1}) {
+    for (const std::size_t ear : {0U, 1U}) {
         const std::vector<float> from_host = channel(exported, ear);
         const std::vector<float> from_program = channel(wanted, ear);
         for (const double centre_hz : {63, 125, 250, 500, 1000, 2000, 4000, 8000}) {

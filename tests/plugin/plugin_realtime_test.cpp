@@ -10,6 +10,8 @@
 #include "tests/support/realtime_trap.h"
 #include "tests/support/temporary_folder.h"
 
+namespace plugin_realtime_test {
+
 using namespace aula;
 using namespace aula::test;
 using plugin::Control;
@@ -68,3 +70,5 @@ TEST_CASE("In real time a plugin neither allocates, frees, locks nor writes whil
     CHECK(violations.locks > 0);
     CHECK(violations.frees > 0);
 }
+
+}  // namespace plugin_realtime_test

@@ -9,6 +9,8 @@
 #include "tests/plugin/plugin_host.h"
 #include "tests/support/temporary_folder.h"
 
+namespace plugin_test {
+
 namespace {
 
 using namespace aula;
@@ -49,7 +51,7 @@ TEST_CASE("Rendered in blocks of any size a plugin gives the same bytes, without
     REQUIRE(reference.size() == channel_count(layout));
     REQUIRE(peak(reference) > 0.001F);
     REQUIRE(peak(reference) < 10);
-    for (const std::size_t size : {1, 17, 64, 1024, 4096}) {
+    for (const std::size_t size : {1U, 17U, 64U, 1024U, 4096U}) {
         INFO("blocks of " << size);
         CHECK((bounce(layout, input, {size}) == reference));
     }
@@ -427,3 +429,5 @@ TEST_CASE("In real time the response of a plugin begins with 4 s and grows") {
     elsewhere.activate();
     CHECK(last_heard_s(elsewhere) > 4.5);
 }
+
+}  // namespace plugin_test

@@ -179,8 +179,12 @@ TEST_CASE("Ctrl and a click on a slider in a row edit its number") {
         io.DeltaTime = 0.1F;
         io.MousePos = mouse;
         io.MouseDown[0] = pressed;
+#if IMGUI_VERSION_NUM < 18900
         io.KeyCtrl = true;
         io.KeyMods = ImGuiKeyModFlags_Ctrl;
+#else
+        io.AddKeyEvent(ImGuiMod_Ctrl, true);
+#endif
         ImGui::NewFrame();
         ImGui::SetNextWindowPos({0, 0});
         ImGui::SetNextWindowSize({300, 300});

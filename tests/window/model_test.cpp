@@ -346,7 +346,7 @@ TEST_CASE("A setting that failed is tried again on request") {
     Model& model = room.model();
     Simulation wrong = model.setting().simulation;
     wrong.rays = 0;
-    for (std::uint64_t failures : {1, 2}) {
+    for (std::uint64_t failures : {1U, 2U}) {
         model.set_simulation(wrong, 1);
         REQUIRE(room.shows([&] { return model.status().failed_changes == failures; }));
         CHECK(model.setting().simulation.rays == 100);

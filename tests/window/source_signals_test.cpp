@@ -9,6 +9,8 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 
+namespace source_signals_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -78,3 +80,5 @@ TEST_CASE("Other sources play the signals of their scene") {
     for (std::size_t source = 0; source < 3; ++source) CHECK(played.signals.name(source).empty());
     CHECK(played.signals.open_microphone() == nullptr);
 }
+
+}  // namespace source_signals_test

@@ -8,6 +8,8 @@
 #include "aula/audio/convolver.h"
 #include "tests/audio/convolution/convolution.h"
 
+namespace convolver_sine_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -152,3 +154,5 @@ TEST_CASE("Exchanges of unrelated filters at 50 Hz do not click") {
     // The measurement has a lower floor.
     CHECK(spread_db(sine(kTone_hz, output.size(), kRate_hz)) < -110);
 }
+
+}  // namespace convolver_sine_test

@@ -7,6 +7,8 @@
 #include "audio/convolution/partition_levels.h"
 #include "tests/audio/convolution/convolution.h"
 
+namespace convolver_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -222,3 +224,5 @@ TEST_CASE("Half precision holds the spectrum of any taps without overflow") {
         CHECK(worst_error(outputs, direct(inputs, responses)) < kHalfRounding);
     }
 }
+
+}  // namespace convolver_test

@@ -25,6 +25,8 @@
 #include "tests/support/pulse_server.h"
 #include "tests/support/wait.h"
 
+namespace pulse_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -249,3 +251,5 @@ TEST_CASE("A microphone is refused if there is no input") {
     CHECK_THROWS_WITH(Microphone(jack, kRate_hz, kBlock), Catch::StartsWith("no microphone: "));
     unsetenv("JACK_DEFAULT_SERVER");
 }
+
+}  // namespace pulse_test

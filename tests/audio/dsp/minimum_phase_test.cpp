@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+namespace minimum_phase_test {
+
 using namespace aula;
 
 namespace {
@@ -95,3 +97,5 @@ TEST_CASE("The magnitude is kept, and a gain adds no phase") {
     CHECK(louder.front().imag() == 0);
     CHECK(louder.back().imag() == 0);
 }
+
+}  // namespace minimum_phase_test

@@ -8,6 +8,8 @@
 
 #include "tests/audio/convolution/signals.h"
 
+namespace resample_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -130,3 +132,5 @@ TEST_CASE("Resampling is linear, and its impulse response is symmetric") {
     for (std::size_t n = 0; n < out.size(); ++n)
         if (louder[n] != 4 * out[n]) FAIL("sample " << n);
 }
+
+}  // namespace resample_test

@@ -22,6 +22,8 @@
 
 #include "aula/exception.h"
 
+namespace sound_file_test {
+
 using namespace aula;
 namespace fs = std::filesystem;
 
@@ -510,3 +512,5 @@ TEST_CASE("A sample rate that is not whole is written rounded to nearest") {
         CHECK(sound_info(folder / "a.wav").sample_rate_hz == written_hz);
     }
 }
+
+}  // namespace sound_file_test

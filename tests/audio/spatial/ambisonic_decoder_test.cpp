@@ -14,6 +14,8 @@
 #include "audio/spatial/head_responses.h"
 #include "audio/spatial/hrtf.h"
 
+namespace ambisonic_decoder_test {
+
 using namespace aula;
 
 namespace {
@@ -385,3 +387,5 @@ TEST_CASE("The decoder of a head that is 60 dB quieter is 60 dB quieter") {
     // of double precision propagates from bin to bin.
     CHECK(worst < 1e-5 * loudest);
 }
+
+}  // namespace ambisonic_decoder_test

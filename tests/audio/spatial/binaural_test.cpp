@@ -14,6 +14,8 @@
 #include "tests/audio/convolution/signals.h"
 #include "tests/support/temporary_folder.h"
 
+namespace binaural_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -315,3 +317,5 @@ TEST_CASE("A file that is not SOFA is refused in one line") {
     }
     std::filesystem::remove(text);
 }
+
+}  // namespace binaural_test

@@ -17,6 +17,8 @@
 #include "tests/audio/spatial/directions.h"
 #include "tests/support/temporary_folder.h"
 
+namespace hrtf_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -248,3 +250,5 @@ TEST_CASE("Users of one file at one rate share its HRTF until the file changes")
     for (std::thread& thread : threads) thread.join();
     for (const auto& hrtf : found) CHECK(hrtf == found[0]);
 }
+
+}  // namespace hrtf_test

@@ -10,6 +10,8 @@
 #include "tests/audio/convolution/signals.h"
 #include "tests/audio/player.h"
 
+namespace moving_path_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -403,3 +405,5 @@ TEST_CASE("A turn of the head is crossfaded equally in calls of any size") {
         CHECK(worst < 1e-4);  // rounding; both ears have levels of magnitude 1
     }
 }
+
+}  // namespace moving_path_test

@@ -20,6 +20,8 @@
 #include "aula/exception.h"
 #include "tests/support/temporary_folder.h"
 
+namespace sofa_file_test {
+
 using namespace aula;
 
 namespace {
@@ -249,3 +251,5 @@ TEST_CASE("A SOFA file is read if standard input and output are closed") {
     close(output);
     CHECK(error.empty());
 }
+
+}  // namespace sofa_file_test

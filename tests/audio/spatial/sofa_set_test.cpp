@@ -12,6 +12,8 @@
 #include "tests/audio/convolution/signals.h"
 #include "tests/audio/player.h"
 
+namespace sofa_set_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -162,3 +164,5 @@ TEST_CASE("Rendered level differences of directions agree with the SOFA file") {
     // Companion: the directions differ by more than the tolerance.
     CHECK(largest_db > 6);
 }
+
+}  // namespace sofa_set_test

@@ -12,6 +12,8 @@
 
 #include "aula/engine/bands.h"
 
+namespace row_pool_test {
+
 using namespace aula;
 
 namespace {
@@ -136,3 +138,5 @@ TEST_CASE("all pages of reserved rows are mapped") {
         CHECK(is_mapped(memory.take_intensities(), kLongBins * RowPool::kAxes));
     }
 }
+
+}  // namespace row_pool_test

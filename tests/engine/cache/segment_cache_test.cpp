@@ -9,6 +9,8 @@
 
 #include "engine/trace/detection_spheres.h"
 
+namespace segment_cache_test {
+
 using namespace aula;
 
 namespace {
@@ -274,3 +276,5 @@ TEST_CASE("A cache that evicted valid frames is full until emitter or scene chan
     segments.advance({kMax + 2, Vec3(0, 0.01F, 0), 0});
     CHECK_FALSE(segments.full());
 }
+
+}  // namespace segment_cache_test

@@ -12,6 +12,8 @@
 #include "engine/base/sampling.h"
 #include "tests/engine/edges/obstacles.h"
 
+namespace edge_chain_test {
+
 using aula::Bands;
 using aula::ComplexBands;
 using aula::DiffractionEdge;
@@ -287,3 +289,5 @@ TEST_CASE("round a column of 32 sides the level is that of a round one") {
     }
     CHECK(wedges_error_db > 6);
 }
+
+}  // namespace edge_chain_test

@@ -13,6 +13,8 @@
 #include "tests/engine/direct/edge_path_scene.h"
 #include "tests/support/rooms.h"
 
+namespace edge_paths_test {
+
 using aula::Bands;
 using aula::EdgePath;
 using aula::EdgePaths;
@@ -474,3 +476,5 @@ TEST_CASE("where the primary tap changes to a distant path no tap has its id for
     // Companion: the directions to the edges differ by 0.5 m / 1.12 m on both sides.
     CHECK(largest_without_memory > 0.8F);
 }
+
+}  // namespace edge_paths_test

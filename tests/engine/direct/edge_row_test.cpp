@@ -15,6 +15,8 @@
 #include "tests/engine/direct/frame_levels.h"
 #include "tests/engine/edges/obstacles.h"
 
+namespace edge_row_test {
+
 using aula::Bands;
 using aula::ComplexBands;
 using aula::DirectSound;
@@ -361,3 +363,5 @@ TEST_CASE("in a church no place is louder than free field and the strongest edge
     CHECK(loudest_db < 2.51);
     CHECK(loudest_single_db > 4);  // companion
 }
+
+}  // namespace edge_row_test

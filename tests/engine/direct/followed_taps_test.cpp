@@ -6,6 +6,8 @@
 
 #include "tests/engine/edges/obstacles.h"
 
+namespace followed_taps_test {
+
 using aula::Bands;
 using aula::EdgePath;
 using aula::followed_taps;
@@ -159,3 +161,5 @@ TEST_CASE("a straight path without edges has no taps when its level is reached")
     CHECK_FALSE(memory.levels.is_exact());
     check_equal(sum_of(rising), memory.levels.energy());
 }
+
+}  // namespace followed_taps_test

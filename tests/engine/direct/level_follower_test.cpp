@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+namespace level_follower_test {
+
 using namespace aula;
 
 namespace {
@@ -107,3 +109,5 @@ TEST_CASE("after a jump of an end the energies are those of the model") {
     follower.follow(kSource, place(1.1), energy_at(-20, place(1.1)), false);
     CHECK_FALSE(follower.is_exact());
 }
+
+}  // namespace level_follower_test

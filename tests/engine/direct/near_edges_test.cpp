@@ -12,6 +12,8 @@
 #include "engine/direct/edge_paths.h"
 #include "tests/support/rooms.h"
 
+namespace near_edges_test {
+
 using namespace aula;
 
 namespace {
@@ -174,3 +176,5 @@ TEST_CASE("edges around which every path is too long are not tested") {
     CHECK(tested(14.5) == 3);
     CHECK(tested(16.1) == 0);
 }
+
+}  // namespace near_edges_test

@@ -12,6 +12,8 @@
 #include "engine/trace/specular_paths.h"
 #include "tests/engine/direct/edge_path_scene.h"
 
+namespace reflected_edge_paths_test {
+
 using namespace aula;
 
 namespace {
@@ -102,3 +104,5 @@ TEST_CASE("a path over an edge has the level of the source in the direction of i
         }
     }
 }
+
+}  // namespace reflected_edge_paths_test

@@ -16,6 +16,8 @@
 #include "engine/trace/specular_paths.h"
 #include "tests/engine/direct/edge_path_scene.h"
 
+namespace reflection_groups_test {
+
 using aula::Bands;
 using aula::DirectSound;
 using aula::kBandCount;
@@ -488,3 +490,5 @@ TEST_CASE(
     scene.simulation.diffraction_order = 0;
     CHECK(bent_reflections() == 0);
 }
+
+}  // namespace reflection_groups_test

@@ -8,6 +8,8 @@
 
 #include "tests/engine/edges/obstacles.h"
 
+namespace edge_passage_test {
+
 using aula::DiffractionEdge;
 using aula::EdgePassage;
 using aula::Object;
@@ -148,3 +150,5 @@ TEST_CASE("a face that closes the open angle of an edge blocks its passage") {
     // On one side of the leaf nothing is between the points.
     CHECK(EdgePassage(edge, edge.length_m / 2, kPi / 4, kPi * 0.7).is_free(shut.rays));
 }
+
+}  // namespace edge_passage_test

@@ -9,6 +9,8 @@
 
 #include "engine/base/sampling.h"
 
+namespace knife_edges_test {
+
 using aula::ComplexBands;
 using aula::kBandCount;
 using aula::knife_edges;
@@ -230,3 +232,5 @@ TEST_CASE("of edges that are too close to be told apart the higher one counts") 
         CHECK(std::abs(joined[b] - alone[b]) < 1e-4);
     }
 }
+
+}  // namespace knife_edges_test

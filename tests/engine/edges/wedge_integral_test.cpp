@@ -9,6 +9,8 @@
 
 #include "engine/base/sampling.h"
 
+namespace wedge_integral_test {
+
 using aula::ComplexBands;
 using aula::kBandCount;
 using aula::Wedge;
@@ -481,3 +483,5 @@ TEST_CASE("source and receiver nearer than 5 cm to an edge count as at 5 cm") {
     CHECK(field(0.06, 2) != field(0.05, 2));
     CHECK(field(2, 0.06) != field(2, 0.05));
 }
+
+}  // namespace wedge_integral_test

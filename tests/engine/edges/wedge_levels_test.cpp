@@ -12,6 +12,8 @@
 #include "engine/edges/wedge_integral.h"
 #include "tests/engine/direct/edge_path_scene.h"
 
+namespace wedge_levels_test {
+
 using aula::ComplexBands;
 using aula::kBandCount;
 using aula::Vec3;
@@ -133,3 +135,5 @@ TEST_CASE("a half plane has the insertion loss of the exact solution, not of mea
         CHECK(std::abs(5 + 20 * std::log10(x / std::tanh(x)) - c.loss_db) > 0.3);
     }
 }
+
+}  // namespace wedge_levels_test

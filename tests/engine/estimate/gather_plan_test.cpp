@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+namespace gather_plan_test {
+
 using namespace aula;
 
 namespace {
@@ -92,3 +94,5 @@ TEST_CASE("a single pair at rest is gathered in every frame") {
     for (std::uint64_t frame = 0; frame < 3; ++frame)
         CHECK(pairs_to_gather(std::span(&kResting, 1), frame) == std::vector<char>{1});
 }
+
+}  // namespace gather_plan_test

@@ -9,6 +9,8 @@
 #include "aula/exception.h"
 #include "engine/mesh/polygon.h"
 
+namespace mesh_reader_test {
+
 using aula::ImportedMesh;
 using aula::Vec3;
 using Catch::Contains;
@@ -275,3 +277,5 @@ TEST_CASE("a face that intersects itself is a fan about its first corner") {
     CHECK(mesh.triangles[0] == std::array<std::uint32_t, 3>{0, 1, 2});
     CHECK(mesh.triangles[1] == std::array<std::uint32_t, 3>{0, 2, 3});
 }
+
+}  // namespace mesh_reader_test

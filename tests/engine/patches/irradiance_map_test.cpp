@@ -13,6 +13,8 @@
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
+namespace irradiance_map_test {
+
 using namespace aula;
 
 namespace {
@@ -315,3 +317,5 @@ TEST_CASE("a group of small triangles has a limited area and no fold") {
         CHECK(relative(2 * kSquares - 5) < 0.1F);
     }
 }
+
+}  // namespace irradiance_map_test

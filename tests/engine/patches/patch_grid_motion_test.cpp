@@ -10,6 +10,8 @@
 #include "tests/engine/patches/surveyed.h"
 #include "tests/support/rooms.h"
 
+namespace patch_grid_motion_test {
+
 using namespace aula;
 using aula::test::room;
 using aula::test::Surveyed;
@@ -312,3 +314,5 @@ TEST_CASE(
     s.grid.scene_moved();
     CHECK(top_m2() == Approx(0.25).epsilon(0.01));
 }
+
+}  // namespace patch_grid_motion_test

@@ -5,6 +5,8 @@
 
 #include "tests/support/rooms.h"
 
+namespace sound_reach_test {
+
 using namespace aula;
 
 namespace {
@@ -91,3 +93,5 @@ TEST_CASE("marking ends where sound reaches more patches than are allowed") {
     CHECK(Reached(room(), 376).marked);
     CHECK_FALSE(Reached(room(), 375).marked);
 }
+
+}  // namespace sound_reach_test

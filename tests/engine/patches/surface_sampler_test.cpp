@@ -9,6 +9,8 @@
 #include "engine/base/sampling.h"
 #include "tests/support/rooms.h"
 
+namespace surface_sampler_test {
+
 using namespace aula;
 
 namespace {
@@ -124,3 +126,5 @@ TEST_CASE("the samples of faces that cross each other are limited by the number 
     }
     CHECK(per_patch[3000] < 1.2 * per_patch[300]);
 }
+
+}  // namespace surface_sampler_test

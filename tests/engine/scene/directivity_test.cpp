@@ -15,6 +15,8 @@
 #include "engine/base/sampling.h"
 #include "tests/support/temporary_folder.h"
 
+namespace directivity_test {
+
 using namespace aula;
 
 namespace {
@@ -331,8 +333,7 @@ TEST_CASE("a file that cannot hold a directivity has the same message in both fo
                                         : name == std::string("folder")
                                             ? ": is a folder, not a regular file; expected a SOFA "
                                             : ": is not a regular file; expected a SOFA ";
-            CHECK_THROWS_WITH(load_directivity(file),
-                              Catch::StartsWith(file.string() + problem));
+            CHECK_THROWS_WITH(load_directivity(file), Catch::StartsWith(file.string() + problem));
         }
     }
 }
@@ -345,3 +346,5 @@ TEST_CASE("a directivity of more than 64 MiB is refused by its name") {
     CHECK_THROWS_WITH(load_directivity(file),
                       file.string() + ": holds 67108865 bytes; expected at most 67108864");
 }
+
+}  // namespace directivity_test

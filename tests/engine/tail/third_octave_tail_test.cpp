@@ -12,6 +12,8 @@
 #include "engine/scene/air.h"
 #include "tests/engine/tail/response_building.h"
 
+namespace third_octave_tail_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -142,3 +144,5 @@ TEST_CASE("the late tail has no step at the edges of octaves beyond the slope of
     }
     CHECK(largest_db < -2);  // the slope is steep somewhere
 }
+
+}  // namespace third_octave_tail_test

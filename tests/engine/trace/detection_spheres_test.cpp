@@ -14,6 +14,8 @@
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
+namespace detection_spheres_test {
+
 using namespace aula;
 using test::TracedRoom;
 
@@ -218,7 +220,7 @@ TEST_CASE("a segment's energy is compared with the mean at its own length of pat
 
 TEST_CASE("the spheres of segments that image sources may count do not grow") {
     ArrivalBatch batch;
-    for (const std::uint64_t image : {0, 7}) {
+    for (const std::uint64_t image : {0U, 7U}) {
         batch.segments.push_back({.length_m = 1});
         batch.segment_energies.push_back({Bands::filled(1), Vec3(0), image});
     }
@@ -231,7 +233,7 @@ TEST_CASE("arrivals by two images have separate paths, although they meet the sa
     const RayScene rays(test::grey_room(test::box(Vec3(5, 4, 3)), 0.1F, 0, Vec3(1), Vec3(3, 2, 1)));
     const Receiver receiver = make_receiver(rays, Vec3(3, 2, 1), 0.3F);
     ArrivalBatch batch;
-    for (const std::uint64_t image : {5, 7}) {
+    for (const std::uint64_t image : {5U, 7U}) {
         batch.segments.push_back(
             {.origin = Vec3(1, 2, 1), .direction = Vec3(1, 0, 0), .length_m = 4});
         batch.segment_energies.push_back({Bands::filled(1), Vec3(1, 0, 0), image});
@@ -268,3 +270,5 @@ TEST_CASE("a receiver detects nothing behind a wall, even where its sphere hardl
     CHECK(detected == 0);
     CHECK(seen > 60000);  // companion: inside they are detected
 }
+
+}  // namespace detection_spheres_test

@@ -7,6 +7,8 @@
 #include "tests/support/rooms.h"
 #include "tests/support/statistics.h"
 
+namespace divided_paths_test {
+
 using namespace aula;
 
 namespace {
@@ -198,3 +200,5 @@ TEST_CASE("surfaces without a diffuse or without a specular lobe divide no path"
         CHECK(same_rays());
     }
 }
+
+}  // namespace divided_paths_test

@@ -15,6 +15,8 @@
 #include "tests/engine/waves/exact_box.h"
 #include "tests/support/rooms.h"
 
+namespace wave_response_test {
+
 using namespace aula;
 using Complex = std::complex<double>;
 
@@ -363,3 +365,5 @@ TEST_CASE("wave_response: the direct sound beyond a wave number") {
                           2e-4)
                        .margin(1e-4));
 }
+
+}  // namespace wave_response_test

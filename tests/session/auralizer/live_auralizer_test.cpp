@@ -10,6 +10,8 @@
 #include "tests/support/test_scenes.h"
 #include "tests/support/wait.h"
 
+namespace live_auralizer_test {
+
 namespace {
 
 using namespace aula;
@@ -159,3 +161,5 @@ TEST_CASE("Poses carry the time at which they are set, and those before the star
     CHECK(live.head_pose_ns() > end_ns);
     CHECK(live.frame_pose_ns() == 0);  // no pose of a frame
 }
+
+}  // namespace live_auralizer_test

@@ -6,6 +6,8 @@
 #include "aula/audio/sound_file.h"
 #include "tests/support/temporary_folder.h"
 
+namespace signals_test {
+
 namespace {
 
 using aula::Signal;
@@ -164,3 +166,5 @@ TEST_CASE("Sources that play the same sound inside a model share its samples") {
     CHECK(signals[0] == signals[1]);
     CHECK(signals[0] != signals[2]);
 }
+
+}  // namespace signals_test

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+namespace source_trajectory_test {
+
 namespace {
 
 using namespace aula;
@@ -99,3 +101,5 @@ TEST_CASE("A reflection has the delay of the image of the source at the time of 
               Approx(retarded_s(-to_image, velocity)).margin(1e-7));
     }
 }
+
+}  // namespace source_trajectory_test

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+namespace timeline_test {
+
 namespace {
 
 using namespace aula;
@@ -186,3 +188,5 @@ TEST_CASE("The tail lasts until sound from the final positions has arrived") {
         }
     }
 }
+
+}  // namespace timeline_test

@@ -7,6 +7,8 @@
 #include "engine/scene/air.h"
 #include "tests/support/test_scenes.h"
 
+namespace air_absorption_test {
+
 namespace {
 
 using namespace aula;
@@ -65,3 +67,5 @@ TEST_CASE("Direct sound has the loss of ISO 9613-1 from 50 Hz to 20 kHz within h
     dry.humidity_percent = 40;
     CHECK(worst_error_db(dry, Medium{}, 40) > 0.5);
 }
+
+}  // namespace air_absorption_test

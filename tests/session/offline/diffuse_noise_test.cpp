@@ -11,6 +11,8 @@
 #include "aula/measurement.h"
 #include "tests/support/test_scenes.h"
 
+namespace diffuse_noise_test {
+
 namespace {
 
 using namespace aula;
@@ -200,3 +202,5 @@ TEST_CASE("receivers beyond one set, and ears far apart, hear independent reverb
     CHECK(coherence(left, windows(ears, next - 1), 12, 250) > 0.9);
     CHECK(coherence(left, windows(ears, 1), 12, 250) == Approx(0).margin(0.1));
 }
+
+}  // namespace diffuse_noise_test

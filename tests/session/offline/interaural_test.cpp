@@ -9,6 +9,8 @@
 #include "engine/response/octave_bank.h"
 #include "tests/support/test_scenes.h"
 
+namespace interaural_test {
+
 namespace {
 
 using namespace aula;
@@ -198,3 +200,5 @@ TEST_CASE("interaural coefficients are part of the budget, and of the progress")
     CHECK(with_coefficients < 0.9 * alone);
     CHECK(with_coefficients > 0.5 * alone - 8);
 }
+
+}  // namespace interaural_test

@@ -421,7 +421,7 @@ TEST_CASE("An octave without T30 for noise says so") {
                               "room", ".")
                       .scene;
     int noisy = 0;
-    for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U}) {
         scene.simulation.seed = seed;
         scene.simulation.rays = 1;
         const auto few = measure(scene, {.frames = 1});

@@ -8,6 +8,8 @@
 #include "aula/measurement.h"
 #include "tests/support/test_scenes.h"
 
+namespace receivers_test {
+
 namespace {
 
 using namespace aula;
@@ -188,3 +190,5 @@ TEST_CASE("A few further receivers gather more often than many") {
     CHECK(StaticPropagation::gather_frames(9) == 4);
     CHECK(StaticPropagation::gather_frames(17) == 8);
 }
+
+}  // namespace receivers_test

@@ -14,6 +14,8 @@
 #include "aula/exception.h"
 #include "tests/support/program.h"
 
+namespace response_analysis_test {
+
 namespace {
 
 using namespace aula;
@@ -316,3 +318,5 @@ TEST_CASE("an error of measured values names the line and what is expected") {
     CHECK_THROWS_WITH(read_measured(folder.write("a.txt", "T30 is 1 s"), warnings),
                       Catch::Contains("FLAC") && Catch::Contains(".csv"));
 }
+
+}  // namespace response_analysis_test

@@ -8,6 +8,8 @@
 #include "aula/auralizer.h"
 #include "tests/support/test_scenes.h"
 
+namespace head_tracker_test {
+
 using namespace aula;
 using namespace aula::test;
 
@@ -137,3 +139,5 @@ TEST_CASE("Other messages are no head tracker's") {
         CHECK_FALSE(head_angles_rad(other, false));
     }
 }
+
+}  // namespace head_tracker_test
