@@ -303,6 +303,8 @@ double cell_for_wave_number_m(double wave_number) {
     return 2 * kPi / (kCellsPerWavelength * wave_number);
 }
 
+double wave_number_of_cell(double cell_m) { return 2 * kPi / (kCellsPerWavelength * cell_m); }
+
 RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, WorkerPool& pool) {
     RoomModes modes;
     modes.highest_wave_number = highest_wave_number;

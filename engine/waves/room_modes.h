@@ -33,6 +33,9 @@ double weyl_wave_number(double count, double volume_m3, double surface_m2);
 /// The largest cell for modes up to a wave number: 6.5 cells in a wavelength.
 double cell_for_wave_number_m(double wave_number);
 
+/// The wave number up to which cells of that size suffice.
+double wave_number_of_cell(double cell_m);
+
 /// Computes the modes up to a wave number by subspace iteration with Chebyshev's polynomials (Zhou
 /// and Saad 2007) and Rayleigh-Ritz projection. The same bytes for any number of threads.
 RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, WorkerPool& pool);

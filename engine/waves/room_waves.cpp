@@ -65,9 +65,11 @@ std::optional<RoomWaves> RoomWaves::find(const RayScene& scene, std::span<const 
         if (cells.cells() == 0 || open_share(cells) > limits.most_open) return {};
         schroeder_hz = schroeder_of(cells, scene);
         const double highest_hz = std::min(limits.highest_hz, limits.schroeder * schroeder_hz);
+        const double smallest_m = double{mean_m} / std::cbrt(limits.most_cells);
         wave_number =
             std::min(weyl_wave_number(limits.modes, cells.total_volume_m3(), cells.wall_m2()),
                      2 * std::numbers::pi * highest_hz / speed_of_sound_m_s);
+        wave_number = std::min(wave_number, wave_number_of_cell(smallest_m * limits.cells));
     }
     RoomWaves waves(
         RoomGrid(scene, reached, places,

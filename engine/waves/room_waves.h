@@ -19,6 +19,7 @@ struct WaveLimits {
     double highest_hz = 500;  ///< at most
     double schroeder = 1.5;   ///< at most that multiple of Schroeder's frequency
     double cells = 1;         ///< multiple of the cells along an axis that suffice
+    double most_cells = 1 << 17;  ///< within the bounds of the room: 0.1 GB while it is cut
     double most_open = 0.05;  ///< share of openings in the surface, above which there are no modes
 };
 
@@ -43,7 +44,7 @@ class RoomWaves {
     double hz_of(double wave_number) const;
     std::size_t memory_bytes() const;
 
-    /// CPU time of the parts, s.
+    /// Elapsed time of the parts, s.
     struct Times {
         double grid_s = 0;
         double modes_s = 0;

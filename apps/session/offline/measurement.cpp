@@ -136,7 +136,7 @@ class MeasuredWaves {
  public:
     MeasuredWaves(const Scene& scene, const std::vector<Pose>& receivers)
         : sources_(scene.sources), receivers_(receivers) {
-        if (scene.simulation.waves_hz > 0) join_.emplace(scene, receivers);
+        if (scene.simulation.waves_hz > 0) join_.emplace(scene);
     }
 
     /// Adds the modes to the responses of a window, [pair].

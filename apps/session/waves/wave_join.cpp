@@ -214,7 +214,7 @@ void cut_subsonic(double sample_rate_hz, std::vector<float>& signal) {
     filter(sample_rate_hz, high_pass, signal);
 }
 
-WaveJoin::WaveJoin(const Scene& scene, std::span<const Pose> receivers)
+WaveJoin::WaveJoin(const Scene& scene)
     : speed_of_sound_m_s_(double{scene.medium.speed_of_sound_m_s()}) {
     const Simulation& simulation = scene.simulation;
     if (!simulation.direct || !simulation.specular || simulation.order != 0) {
@@ -223,7 +223,6 @@ WaveJoin::WaveJoin(const Scene& scene, std::span<const Pose> receivers)
     }
     std::vector<Vec3> places;
     for (const Source& source : scene.sources) places.push_back(source.position_at(0));
-    for (const Pose& receiver : receivers) places.push_back(receiver.position);
     WorkerPool pool(simulation.threads.value_or(default_threads()));
     const WaveLimits limits{.highest_hz = std::numbers::sqrt2 * double{simulation.waves_hz}};
     waves_ = RoomWaves::find(RayScene(scene), places, speed_of_sound_m_s_, limits, pool);

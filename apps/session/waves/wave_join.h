@@ -76,8 +76,9 @@ void cut_subsonic(double sample_rate_hz, std::vector<float>& signal);
 /// The modes of a scene's room for a measurement.
 class WaveJoin {
  public:
-    /// With Simulation::waves_hz above 0. Without modes why_not() says why.
-    WaveJoin(const Scene& scene, std::span<const Pose> receivers);
+    /// Of the rooms of the sources, with Simulation::waves_hz above 0. Without modes why_not() says
+    /// why.
+    explicit WaveJoin(const Scene& scene);
 
     const std::string& why_not() const { return why_not_; }
     const WaveMasks& masks() const { return masks_; }

@@ -334,6 +334,26 @@ TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer gri
     }
 }
 
+TEST_CASE("room_waves: limits lower the highest frequency; an open room has no modes") {
+    Scene scene = box_scene({5, 4, 3}, {.1F, .1F, .1F, .1F, .1F, .1F});
+    const std::vector<Vec3> places{Vec3(1)};
+    WorkerPool pool(1);
+    const auto highest_hz = [&](const WaveLimits& limits) {
+        const auto waves = RoomWaves::find(RayScene(scene), places, kSpeed_m_s, limits, pool);
+        return waves ? waves->highest_hz() : 0;
+    };
+    CHECK(highest_hz({.highest_hz = 80}) == Approx(80));
+    // Eyring: T = 0.161 * 60 / (94 * 0.1054) s, 2000 sqrt(T / V) = 255 Hz.
+    CHECK(highest_hz({.modes = 60, .schroeder = 0.5}) == Approx(127.5).epsilon(0.01));
+    const double few_hz = highest_hz({.most_cells = 600});
+    CHECK(few_hz > 60);
+    CHECK(few_hz < 130);
+    scene.objects[0].triangles.resize(10);
+    scene.objects[0].triangle_materials.resize(10);
+    CHECK(highest_hz({}) == 0);
+    CHECK_FALSE(RoomWaves::find(RayScene(Scene()), places, kSpeed_m_s, {}, pool));
+}
+
 TEST_CASE("wall_admittance: absorption in a diffuse field by Paris") {
     CHECK(absorption_of_admittance(1) == Approx(0.909).margin(1e-3));
     for (const double alpha : {0.01, 0.1, 0.5, 0.9, 0.95}) {
