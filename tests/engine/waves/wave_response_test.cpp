@@ -22,10 +22,9 @@ using Complex = std::complex<double>;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kSpeed_m_s = 343.2;
 
-double wave_number_of(double hz) { return 2 * kPi * hz / kSpeed_m_s; }
+double wave_number_of(double hz) { return 2 * std::numbers::pi * hz / kSpeed_m_s; }
 
 /// A box from the origin with a material for each wall: x low, x high, y low, ...
 Scene box_scene(const Vec3& size, const std::array<float, 6>& absorption) {
@@ -262,7 +261,7 @@ TEST_CASE("wave_response: the walls absorb the power that the source radiates") 
     for (const double hz : {45.0, 70.0, 90.0}) {
         const double k = wave_number_of(hz);
         const double radiated =
-            -waves.response(source, source).value().modal(k)[0].imag() * 4 * kPi;
+            -waves.response(source, source).value().modal(k)[0].imag() * 4 * std::numbers::pi;
         double absorbed = 0;
         constexpr int kParts = 12;
         for (int wall = 0; wall < 6; ++wall) {
@@ -375,9 +374,9 @@ TEST_CASE("wave_response: the direct sound beyond a wave number") {
     double sum = 0;
     constexpr double kStep = 1e-3;
     for (double at = 4.5 + kStep / 2; at < 200; at += kStep) {
-        sum += 2 / (kPi * r) * at * std::sin(at * r) / (at * at - k * k) * kStep;
+        sum += 2 / (std::numbers::pi * r) * at * std::sin(at * r) / (at * at - k * k) * kStep;
     }
-    sum += 2 / (kPi * r) * std::cos(200 * r) / (200 * r);
+    sum += 2 / (std::numbers::pi * r) * std::cos(200 * r) / (200 * r);
     const auto [value, slope] = direct_field_beyond(r, k, 4.5);
     CHECK(value == Approx(sum).margin(1e-3));
     CHECK(slope == Approx((direct_field_beyond(r + 1e-4, k, 4.5)[0] -
