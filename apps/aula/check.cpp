@@ -437,8 +437,8 @@ void check_cost(const Scene& scene, Findings& findings) {
         return std::round(x / digit) * digit;
     };
     if (given_rays > kUsualRays) {
-        constexpr double kFewest = 100;
-        remedy = formatted("set \"rays\" to %.0f", rounded(std::max(kFewest, given_rays / times)));
+        const double fewest = fewest_rays(scene.sources.size());
+        remedy = formatted("set \"rays\" to %.0f", rounded(std::max(fewest, given_rays / times)));
     } else if (given.specular_order > usual_order) {
         remedy = "set \"specular_order\" to " + std::to_string(usual_order);
     }

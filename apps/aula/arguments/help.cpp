@@ -99,9 +99,9 @@ positions (metres, x front, y left, z up)
 simulation (overrides the scene; defaults in brackets)
   --estimator NAME       pt, dpc-published, dpc or patch [patch]
   --quality NAME         time that is spent: draft, normal or fine. Of --offline: a second of sound
-                         takes about 0.25 or 1 s on two processors, but at least 100 rays, or as
-                         long as 1000 rays take. Of measurements: about 15 s, 1 min, or until their
-                         errors are small [normal]
+                         takes about 0.25 or 1 s on two processors, but at least 100 rays of all
+                         sources, or as long as 1000 rays take. Of measurements: about 15 s, 1 min,
+                         or until their errors are small [normal]
   --rays N               rays per source and frame [--offline: as --quality allows, at most 1000;
                          otherwise 1000; live 250 in draft quality, fewer if frames take too long]
   --order N              highest reflection order; 0: no limit [0]
