@@ -209,9 +209,13 @@ std::map<std::string, std::string> material_sources_of(const JsonValue& scene) {
     std::map<std::string, std::string> sources;
     const JsonValue* const materials = member(scene, "materials");
     if (materials == nullptr) return sources;
-    for (const JsonMember& material : std::get<JsonValue::Object>(materials->value))
+    for (const JsonMember& material : std::get<JsonValue::Object>(materials->value)) {
+        if (const JsonValue* const like = member(material.value, "like"))
+            sources[material.key] =
+                "given by the scene, else as \"" + std::get<std::string>(like->value) + '"';
         if (const JsonValue* const source = member(material.value, "source"))
             sources[material.key] = std::get<std::string>(source->value);
+    }
     return sources;
 }
 

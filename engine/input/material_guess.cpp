@@ -15,7 +15,8 @@ constexpr std::array kMaterials{
     NameWords{"acoustic_plaster", "akustikputz acousticplaster"},
     NameWords{
         "acoustic_tile",
-        "acoustic akustik acoustique acustico absorber absorbeur absorbente ecophon armstrong"},
+        "acoustic akustik acoustique acustico absorber absorbeur absorbente ecophon armstrong "
+        "deckensegel baffle"},
     NameWords{"asphalt", "asphalt asphalte asfalto bitumen tarmac teer goudron"},
     NameWords{"audience",
               "audience publikum public publico gestuhl zuschauer spectateur people crowd"},
@@ -32,7 +33,9 @@ constexpr std::array kMaterials{
         "curtain",
         "curtain vorhang rideau cortina drape drapery gardine fabric stoff textile textil cloth "
         "tissu tela tapestry"},
-    NameWords{"double_glazing", "doubleglazing isolierverglasung isolierglas doublevitrage"},
+    NameWords{
+        "double_glazing",
+        "doubleglazing doppelverglasung doppelfenster isolierverglasung isolierglas doublevitrage"},
     NameWords{"felt", "felt filz feutre fieltro"},
     NameWords{"foam", "foam schaum schaumstoff mousse espuma basotect"},
     NameWords{
@@ -43,9 +46,9 @@ constexpr std::array kMaterials{
         "glass glas verre vidrio glazing verglasung vitrage cristal plexiglas acrylic perspex"},
     NameWords{"grass", "grass gras rasen lawn pelouse gazon cesped herbe hierba"},
     NameWords{"gravel", "gravel kies gravier grava"},
-    NameWords{
-        "gypsum_board",
-        "gypsum drywall plasterboard gipskarton rigips sheetrock placoplatre pladur trockenbau"},
+    NameWords{"gypsum_board",
+              "gypsum drywall plasterboard gipskarton gk gkb gkf rigips sheetrock placoplatre "
+              "pladur trockenbau"},
     NameWords{"leather_seats", "leather leder cuir cuero"},
     NameWords{"limestone", "limestone kalkstein calcaire caliza"},
     NameWords{"linoleum", "linoleum lino vinyl pvc plastic plastik kunststoff plastique plastico"},
@@ -61,7 +64,9 @@ constexpr std::array kMaterials{
               "plaster putz verputz kalkzementputz zementputz platre yeso gips stucco stuck enduit "
               "tapete wallpaper paint painted "
               "farbe peinture pintura"},
-    NameWords{"perforated_gypsum", "lochgips lochgipsplatte"},
+    NameWords{"perforated_gypsum",
+              "lochgips lochgipsplatte lochplatte lochdecke gelocht geschlitzt perforated "
+              "perforiert perfore perforado"},
     NameWords{"perforated_metal_ceiling", "lochblech lochblechdecke"},
     NameWords{"plywood", "plywood sperrholz contreplaque contrachapado"},
     NameWords{"rough_concrete", "rohbeton sichtbeton betonbrut"},
@@ -85,10 +90,11 @@ constexpr std::array kMaterials{
     NameWords{
         "wood",
         "wood wooden holz bois madera timber oak eiche chene roble pine kiefer walnut nussbaum "
-        "beech buche hetre maple ahorn cherry birch birke teak mahogany mdf chipboard spanplatte "
+        "beech buche hetre hpl maple ahorn cherry birch birke teak mahogany mdf chipboard "
+        "spanplatte "
         "plank bretter planche"},
     NameWords{"wood_floor", "woodfloor woodenfloor hardwood holzboden dielen floorboard plancher"},
-    NameWords{"wood_panel", "panelling paneling vertafelung lambris wainscot"},
+    NameWords{"wood_panel", "panelling paneling paneel wandpaneel vertafelung lambris wainscot"},
     NameWords{"wood_wool", "woodwool holzwolle heraklith"},
 };
 
@@ -124,9 +130,14 @@ constexpr const char* kHorizontal =
 
 MaterialGuess guess_material(const std::string& name) {
     const std::vector<std::string> words = words_of(name);
-    if (const auto material = longest_meaning(words, kMaterials))
-        return {material->meaning, material->word};
-    if (const auto part = longest_meaning(words, kParts)) return {part->meaning, part->word};
+    const auto material = longest_meaning(words, kMaterials);
+    const auto part = longest_meaning(words, kParts);
+    const auto means = [](const auto& found, const std::string& meaning) {
+        return found && found->meaning == meaning;
+    };
+    const bool is_wooden_door = means(part, "door") && means(material, "wood");
+    if (material && !is_wooden_door) return {material->meaning, material->word};
+    if (part) return {part->meaning, part->word};
     return {"plaster", ""};
 }
 

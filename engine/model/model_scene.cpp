@@ -222,6 +222,7 @@ class SceneMaker {
         std::vector<char> used(mesh_.material_names.size(), 0);
         for (const std::uint32_t material : mesh_.triangle_materials) used[material] = 1;
         JsonValue::Object mapped;
+        std::vector<std::string> unknown;  // last, where they are noticed
         for (std::size_t m = 0; m < used.size(); ++m) {
             if (used[m] == 0) continue;
             const std::string& name = mesh_.material_names[m];
@@ -234,12 +235,15 @@ class SceneMaker {
             if (!is_in_library(plain)) {
                 const MaterialGuess guessed = guess_material(name);
                 plain = guessed.material;
-                guess("material " + quoted(name) + ": " + plain +
-                      (guessed.word.empty() ? ", no known word is in its name"
-                                            : ", \"" + guessed.word + "\" is in its name"));
+                const std::string line = "material " + quoted(name) + ": " + plain;
+                if (guessed.word.empty())
+                    unknown.push_back(line + ", no known word is in its name");
+                else
+                    guess(line + ", \"" + guessed.word + "\" is in its name");
             }
             set(mapped, name, text(plain));
         }
+        for (const std::string& line : unknown) guess(line);
         if (!mapped.empty()) set(geometry, "materials", {std::move(mapped)});
     }
 

@@ -63,9 +63,9 @@ float clearance_m(const RayScene& scene, const Vec3& place) {
 /// Whether the ground falls on both sides, within the width of a table: a chair or a table, not a
 /// floor, a step or a tier.
 bool is_on_furniture(const RayScene& scene, const Vec3& place) {
-    constexpr int kWidth = 6;           // samples across the widest table
-    constexpr float kSample_m = 0.25F;  // half of a chair
-    constexpr float kHighestStep_m = 0.3F;
+    constexpr int kWidth = 6;                // samples across the widest table
+    constexpr float kSample_m = 0.25F;       // half of a chair
+    constexpr float kHighestStep_m = 0.21F;  // of stairs
     constexpr int kSides = 4;
     const Vec3 down(0, 0, -1);
     const float fallen_m = distance_m(scene, place, down) + kHighestStep_m;

@@ -15,21 +15,25 @@ namespace {
 /// IEC 61672-1, table 3, 63 Hz to 8 kHz.
 constexpr std::array<double, kBandCount> kAWeights_db{-26.2, -16.1, -8.6, -3.2, 0, 1.2, 1, -1.1};
 
-/// The receivers at distances that count, in the direction in which most of them are.
+/// The receivers at distances that count, on one floor in the direction in which most of them are.
 std::vector<std::size_t> longest_line(std::span<const SpeechAtReceiver> receivers) {
     const auto counts = [&](std::size_t i) {
         const double distance_m = receivers[i].distance_m();
         return distance_m >= kOpenPlanFrom_m && distance_m <= kOpenPlanTo_m;
     };
     const double least_cosine = std::cos(kOpenPlanAngle_deg * std::numbers::pi / 180);
+    const auto is_level = [](const SpeechAtReceiver& a, const SpeechAtReceiver& b) {
+        return std::abs(double{a.from_talker_m.z - b.from_talker_m.z}) <= kOpenPlanLevel_m;
+    };
     std::vector<std::size_t> longest;
     for (std::size_t middle = 0; middle < receivers.size(); ++middle) {
         if (!counts(middle)) continue;
         const Vec3 direction = glm::normalize(receivers[middle].from_talker_m);
         std::vector<std::size_t> line;
         for (std::size_t i = 0; i < receivers.size(); ++i)
-            if (counts(i) && double{glm::dot(glm::normalize(receivers[i].from_talker_m),
-                                             direction)} >= least_cosine)
+            if (counts(i) && is_level(receivers[i], receivers[middle]) &&
+                double{glm::dot(glm::normalize(receivers[i].from_talker_m), direction)} >=
+                    least_cosine)
                 line.push_back(i);
         if (line.size() > longest.size()) longest = std::move(line);
     }

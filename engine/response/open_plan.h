@@ -43,14 +43,17 @@ inline constexpr std::size_t kOpenPlanReceivers = 4;
 /// Largest angle in degrees between the directions of a line's receivers and that of the one in its
 /// middle: a choice. Workstations are not on a straight line.
 inline constexpr double kOpenPlanAngle_deg = 15;
+/// Largest difference in height of a line's receivers from that of the one in its middle, in m:
+/// seated and standing people on one floor. Raked seats are no open-plan office.
+inline constexpr double kOpenPlanLevel_m = 0.5;
 /// The farthest receiver of a line is at least this times as far as the nearest: a slope per
 /// doubled distance needs one.
 inline constexpr double kOpenPlanRatio = 2;
 
 /// Regression of the levels over the logarithm of the distance, and of the indices over the
-/// distance, for the receivers in the direction in which most of them count. Empty if these are
-/// fewer than kOpenPlanReceivers, or not kOpenPlanRatio apart. The distances rD and rP are empty if
-/// an index is unknown, or if its line does not fall.
+/// distance, for the receivers on one floor in the direction in which most of them count. Empty if
+/// these are fewer than kOpenPlanReceivers, or not kOpenPlanRatio apart. The distances rD and rP
+/// are empty if an index is unknown, or if its line does not fall.
 std::optional<OpenPlanParameters> open_plan_parameters(std::span<const SpeechAtReceiver> receivers);
 
 }  // namespace aula

@@ -303,11 +303,24 @@ MaterialTable::MaterialTable(const std::optional<JsonReader>& own) : library_(ma
             // A material with errors is registered by name, so that its uses are not reported as
             // errors, too.
             Material material;
-            member.second.attempt([&] { material = read_material(member.first, member.second); });
+            member.second.attempt([&] {
+                material = read_material(member.first, member.second,
+                                         [&](const JsonReader& like) { return known(like); });
+            });
             material.name = member.first;
             add(std::move(material));
         }
     });
+}
+
+Material MaterialTable::known(const JsonReader& like) const {
+    const std::string name = like.string(kMaterialName);
+    if (const auto own = indices_.find(name); own != indices_.end()) return materials_[own->second];
+    for (const LibraryMaterial& shipped : library_)
+        if (shipped.material.name == name) return shipped.material;
+    like.fail("unknown material " + quoted(name) + meant(name) +
+              "; expected a material of the scene before this one, or one that \"aula materials\" "
+              "lists");
 }
 
 std::uint32_t MaterialTable::add(Material material) {

@@ -35,6 +35,8 @@ class MaterialTable {
     std::vector<Material> take() { return std::move(materials_); }
 
  private:
+    /// The material of the scene so far, or of the library, that "like" names. Throws InputError.
+    Material known(const JsonReader& like) const;
     std::uint32_t add(Material material);
 
     std::vector<Material> materials_;

@@ -89,15 +89,25 @@ Vec3 read_point(const JsonReader& json) {
     return point;
 }
 
-Material read_material(const std::string& name, const JsonReader& json) {
-    json.allow_keys({"absorption", "scattering", "sound_reduction_db", "source"});
+Material read_material(const std::string& name, const JsonReader& json,
+                       const KnownMaterial& known) {
+    json.allow_keys({"like", "absorption", "scattering", "sound_reduction_db", "source"});
     Material material;
-    material.name = name;
     // Values after an error cause no further error.
     material.absorption = Bands::filled(1);
+    const bool is_like = json.find("like").has_value();
+    json.read("like", [&](const JsonReader& x) {
+        if (!known) x.fail("is for materials of scenes; expected \"absorption\"");
+        material = known(x);
+    });
+    material.name = name;
     json.attempt([&] {
-        material.absorption = read_bands(
-            json.require("absorption", "a number or a list of 8 numbers from 0 to 1"), kShare, 1);
+        if (is_like && !json.find("absorption")) return;
+        const JsonReader absorption =
+            json.require("absorption", "a number or a list of 8 numbers from 0 to 1");
+        material.absorption = read_bands(absorption, kShare, 1);
+        if (material.sound_reduction_db && !json.find("sound_reduction_db"))
+            check_transmission(material, absorption);
     });
     json.read("scattering",
               [&](const JsonReader& x) { material.scattering = read_bands(x, kShare, 0); });

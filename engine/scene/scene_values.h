@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -21,9 +22,14 @@ Vec3 read_point(const JsonReader& json);
 /// `on_error`.
 Bands read_bands(const JsonReader& json, const NumberRange& range, float on_error);
 
-/// {"absorption", "scattering", "sound_reduction_db", "source"}; scattering is 0.1 if absent, the
+/// The material that a name means, to start from; throws InputError if there is none.
+using KnownMaterial = std::function<Material(const JsonReader& name)>;
+
+/// {"like", "absorption", "scattering", "sound_reduction_db", "source"}; without "like", which
+/// `known` finds (empty: an error), absorption is required and scattering is 0.1 if absent. The
 /// source is a remark. A band that transmits more than it absorbs is an error.
-Material read_material(const std::string& name, const JsonReader& json);
+Material read_material(const std::string& name, const JsonReader& json,
+                       const KnownMaterial& known = {});
 
 /// Yaw, pitch and roll from "yaw_deg", "pitch_deg", "roll_deg", each 0 if absent.
 Pose read_orientation(const JsonReader& json, const Vec3& position);

@@ -101,7 +101,43 @@ std::string single_numbers(const std::string& names, const PairParameters& param
     return html_row(cells);
 }
 
-/// Single numbers of all pairs, their mean and deviation.
+/// The average over the receivers of one source.
+PositionAverage average_of_source(const RoomReport& report, std::size_t source) {
+    const Measurement& m = report.measurement;
+    std::vector<char> of_source(m.parameters.size(), 0);
+    for (std::size_t r = 0; r < m.receivers.size(); ++r)
+        of_source[m.pair(source, r)] = report.in_room[m.pair(source, r)];
+    return average_over_positions(audible_parameters(m, of_source));
+}
+
+/// The averages with each of kScatteringFactors, over the same positions.
+std::vector<PositionAverage> averages_with_scattering(const RoomReport& report) {
+    std::vector<PositionAverage> averages;
+    for (const Measurement& measurement : report.scattering)
+        averages.push_back(average_over_positions(audible_parameters(measurement, report.in_room)));
+    return averages;
+}
+
+/// The mean T30 with other scattering.
+std::string scattering_sentence(const RoomReport& report, const PositionAverage& average) {
+    const auto t30_s = [](const PositionAverage& of) {
+        return of.mean.broadband[static_cast<std::size_t>(AcousticParameter::t30)].value;
+    };
+    std::string other;
+    const std::vector<PositionAverage> averages = averages_with_scattering(report);
+    for (std::size_t i = 0; i < averages.size(); ++i)
+        if (const std::optional<double> other_s = t30_s(averages[i]))
+            other += (other.empty() ? "" : ", ") +
+                     formatted("%.2f s if all surfaces scatter %s", *other_s,
+                               kScatteringFactors[i] < 1 ? "half as much" : "twice as much");
+    const std::optional<double> mean_s = t30_s(average);
+    if (!mean_s || other.empty()) return {};
+    return formatted("<p>The mean T30 is %.2f s; it is ", *mean_s) + other +
+           ". Scattering coefficients are estimates unless the sources of the materials say "
+           "otherwise; furnished walls scatter 0.3 and more.</p>\n";
+}
+
+/// Single numbers of all pairs, their means and deviation.
 std::string summary(const RoomReport& report, const PositionAverage& average) {
     const Measurement& m = report.measurement;
     std::string html = "<h2>Single numbers</h2>\n<table class=\"wide pairs\">\n";
@@ -117,15 +153,20 @@ std::string summary(const RoomReport& report, const PositionAverage& average) {
             html += single_numbers(html_cell(m.sources[s].name) + html_cell(report.receivers[r]),
                                    m.parameters[m.pair(s, r)]);
         }
-    if (average.positions > 1) {
-        std::string means = "<td>mean over positions</td><td></td>";
+    const auto mean_row = [](const std::string& names, const PositionAverage& of) {
+        std::string cells = names;
         for (std::size_t p = 0; p < kDescribedParameterCount; ++p)
-            means += mean_cell(single_number(average.mean, p), single_number(average.counts, p),
-                               average.positions, parameter_text(p).decimals);
-        html += html_row(means) +
+            cells += mean_cell(single_number(of.mean, p), single_number(of.counts, p), of.positions,
+                               parameter_text(p).decimals);
+        return html_row(cells);
+    };
+    for (std::size_t s = 0; s < m.sources.size() && m.sources.size() > 1; ++s)
+        if (const PositionAverage of = average_of_source(report, s); of.positions > 1)
+            html += mean_row(html_cell(m.sources[s].name) + html_cell("mean"), of);
+    if (average.positions > 1)
+        html += mean_row("<td>mean over positions</td><td></td>", average) +
                 single_numbers("<td>standard deviation</td><td></td>", average.deviation);
-    }
-    html += "</table>\n";
+    html += "</table>\n" + scattering_sentence(report, average);
     std::string directed;
     for (const Source& source : m.sources)
         if (!source.directivity.is_omnidirectional())
@@ -134,7 +175,8 @@ std::string summary(const RoomReport& report, const PositionAverage& average) {
         html += "<p>ISO 3382-1 presupposes omnidirectional sources. Directed: " + directed +
                 "; their G is re an omnidirectional source of the same power.</p>\n";
     return html +
-           "<p>The single numbers are means of the octaves below their names, in energy "
+           "<p>Each row is of one source alone. The single numbers are means of the octaves below "
+           "their names, in energy "
            "for L_J (ISO 3382-1, annex A; for T20, T30 and C50, which it does not list, as for EDT "
            "and C80). STI: IEC 60268-16:2011, male speech. \"-\": the decay is not sufficient, or "
            "the source is not audible. A mean of fewer pairs has their number below it.</p>\n";
@@ -156,9 +198,9 @@ std::string statistical_times(const RoomReport& report) {
 /// T30 with other scattering, mean over the same positions.
 std::string times_with_scattering(const RoomReport& report) {
     std::string rows;
-    for (std::size_t i = 0; i < report.scattering.size(); ++i) {
-        const PositionAverage average =
-            average_over_positions(audible_parameters(report.scattering[i], report.in_room));
+    const std::vector<PositionAverage> averages = averages_with_scattering(report);
+    for (std::size_t i = 0; i < averages.size(); ++i) {
+        const PositionAverage& average = averages[i];
         const auto p = static_cast<std::size_t>(AcousticParameter::t30);
         std::string cells = html_cell("T30 in s") +
                             html_cell(formatted("scattering x %g", double{kScatteringFactors[i]}));
@@ -245,11 +287,6 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
             " Estimates by Sabine and Eyring are those of a diffuse field, from the volume and the "
             "areas below." +
             diffuseness(report, average);
-    if (!report.scattering.empty())
-        html +=
-            " Scattering coefficients are estimates unless the sources of the materials below say "
-            "otherwise: the rows of T30 with half and twice of them show what T30 owes to them. "
-            "Furnished walls scatter 0.3 and more.";
     if (const std::optional<double>& t30_s =
             average.mean.broadband[static_cast<std::size_t>(AcousticParameter::t30)].value;
         t30_s && report.room.volume_m3)

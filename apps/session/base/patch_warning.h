@@ -8,10 +8,13 @@
 
 namespace aula {
 
-/// Adds a warning if patches are larger than requested, because smaller ones exceed the memory.
+/// Adds a warning if patches are clearly larger than requested, because smaller ones exceed the
+/// memory. A choice: with patches of 0.62 m in place of 0.5 m, T30 of a hall of 1300 m3 changed by
+/// 0.01 of 1.74 s (`aula SCENE --report` with `--memory-mb 256` and `3000`).
 inline void warn_of_patch_size(const Simulation& simulation, float patch_size_m,
                                std::vector<std::string>& warnings) {
-    if (patch_size_m <= simulation.patch_size_m) return;
+    constexpr float kClearly = 1.5F;
+    if (patch_size_m <= kClearly * simulation.patch_size_m) return;
     warnings.push_back(
         formatted("patches of %.2f m in place of %.2f m: \"memory_mb\" %d holds no "
                   "smaller ones",

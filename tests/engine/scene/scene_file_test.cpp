@@ -1,9 +1,12 @@
 #include "aula/engine/scene_file.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "aula/engine/material_library.h"
+#include "aula/exception.h"
 #include "tests/support/temporary_folder.h"
 
 using aula::Scene;
@@ -174,6 +177,48 @@ TEST_CASE("scattering is 0.1 where a material does not state it") {
     const Scene scene = load(scene_text(R"("materials": {"a": {"absorption": 0.3}})"));
     CHECK(scene.materials.at(0).absorption == aula::Bands::filled(0.3F));
     CHECK(scene.materials.at(0).scattering == aula::Bands::filled(0.1F));
+}
+
+TEST_CASE("a material is like another one where it gives no values") {
+    const Scene scene = load(scene_text(R"("materials": {"door": {"absorption": [0.3,0.3,0.2,0.2,
+            0.1,0.1,0.1,0.1], "scattering": 0.2, "sound_reduction_db": 30},
+        "shelves": {"like": "door", "scattering": 0.5},
+        "wall": {"like": "gypsum_board", "scattering": 0.3},
+        "hard": {"scattering": 0.4, "absorption": 0.01, "like": "shelves"}})"));
+    const aula::Material& door = scene.find_material("door");
+    const aula::Material& shelves = scene.find_material("shelves");
+    CHECK(shelves.absorption == door.absorption);
+    CHECK(shelves.sound_reduction_db == door.sound_reduction_db);
+    CHECK(shelves.scattering == aula::Bands::filled(0.5F));
+    CHECK(scene.find_material("hard").absorption == aula::Bands::filled(0.01F));
+    CHECK(scene.find_material("hard").sound_reduction_db == door.sound_reduction_db);
+    const auto library = aula::material_library();
+    const auto board = std::find_if(library.begin(), library.end(), [](const auto& entry) {
+        return entry.material.name == "gypsum_board";
+    });
+    CHECK(scene.find_material("wall").absorption == board->material.absorption);
+    // The scene has the materials that it names, no others.
+    CHECK(std::none_of(scene.materials.begin(), scene.materials.end(),
+                       [](const auto& material) { return material.name == "gypsum_board"; }));
+}
+
+TEST_CASE("a material is like one of the library, or one before it") {
+    const auto error = [](const std::string& materials) {
+        try {
+            load(scene_text(R"("materials": {)" + materials + "}"));
+        } catch (const aula::InputError& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    CHECK(error(R"("a": {"like": "plastr"})").find("did you mean \"plaster\"") !=
+          std::string::npos);
+    CHECK(error(R"("a": {"like": "b"}, "b": {"absorption": 0.1})").find("/materials/a/like") !=
+          std::string::npos);
+    // It transmits more than it absorbs.
+    CHECK(error(R"("a": {"absorption": 0.2, "sound_reduction_db": 10},
+                   "b": {"like": "a", "absorption": 0.01})")
+              .find("/materials/b/absorption") != std::string::npos);
 }
 
 TEST_CASE("walls are opaque unless a sound reduction is stated, for all bands or for each") {
