@@ -333,7 +333,7 @@ TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer gri
     }
 }
 
-TEST_CASE("room_waves: limits lower the highest frequency; an open room has no modes") {
+TEST_CASE("room_waves: limits lower the highest frequency, an open room has no modes") {
     Scene scene = box_scene({5, 4, 3}, {.1F, .1F, .1F, .1F, .1F, .1F});
     const std::vector<Vec3> places{Vec3(1)};
     WorkerPool pool(1);
