@@ -28,6 +28,7 @@
 #include "apps/bench/propagation/trace.h"
 #include "apps/bench/propagation/tracking.h"
 #include "apps/bench/rendering/budget.h"
+#include "apps/bench/rendering/heard.h"
 #include "apps/bench/waves/waves.h"
 #include "apps/session/base/output_file.h"
 #include "audio/file/part_file.h"
@@ -118,6 +119,11 @@ class Bench {
              aula::bench::measure_budget(subject, settings_));
     }
 
+    void heard(const Subject& subject) {
+        take("heard in " + subject.description(), aula::bench::heard_columns(),
+             aula::bench::measure_heard(subject, settings_));
+    }
+
     void changes(const Subject& subject) {
         take("changes in " + subject.description(), aula::bench::changes_columns(),
              aula::bench::measure_changes(subject, settings_));
@@ -205,6 +211,10 @@ constexpr std::array kSceneCommands{
     SceneCommand{"budget",
                  "the rays and the CPU time of offline rendering: qualities, numbers of sources",
                  &Bench::budget},
+    SceneCommand{
+        "heard",
+        "echo density, statistics and decay of the reverberation, and its change over places",
+        &Bench::heard},
     SceneCommand{"sweep", "noise, bias and cost over ranges of tau and of lambda", &Bench::sweep},
     SceneCommand{"waves",
                  "the modes of a room: their number and cost, and the difference from a finer grid",

@@ -17,12 +17,7 @@ namespace {
 constexpr double kLevelling = 8;  // window, independent samples of the carrier
 constexpr float kSteps = 32767;   // of a carrier's peak
 
-// Width of the crossovers in third octaves: an envelope that differs by 5 dB from one third octave
-// to the next then has no step above 1 dB, and the mean of a steep third octave stays that of its
-// centre.
-constexpr double kCrossover = 0.75;
-
-// The low carriers end at 1.5 kHz, the upper end of their last crossover; 8 taps per sample would
+// The low carriers end at 1.6 kHz, the upper end of their last crossover; 8 taps per sample would
 // leave an image of -56 dB, 12 leave -80 dB.
 constexpr double kLowestRate_hz = 5500;
 
@@ -87,23 +82,23 @@ struct Weights {
     std::vector<float> weight;
 };
 
-/// Position in the crossover above a carrier: 0 below it, 1 above it.
+/// Position in the crossover from the centre of a carrier to that of the next one: 0 below it, 1
+/// above it.
 class Crossover {
  public:
     explicit Crossover(std::size_t carrier)
-        : edge_hz_(ThirdOctaveModel::centre_hz(carrier) * std::pow(10.0, 0.05)),
-          begin_hz_(edge_hz_ * std::pow(10.0, -0.05 * kCrossover)),
-          end_hz_(edge_hz_ * std::pow(10.0, 0.05 * kCrossover)) {}
+        : begin_hz_(ThirdOctaveModel::centre_hz(carrier)),
+          end_hz_(ThirdOctaveModel::centre_hz(carrier + 1)) {}
 
     double begin_hz() const { return begin_hz_; }
     double at(double frequency_hz) const {
         if (frequency_hz <= begin_hz_) return 0;
         if (frequency_hz >= end_hz_) return 1;
-        return 10 * std::log10(frequency_hz / edge_hz_) / kCrossover + 0.5;
+        return 10 * std::log10(frequency_hz / begin_hz_);
     }
 
  private:
-    double edge_hz_, begin_hz_, end_hz_;
+    double begin_hz_, end_hz_;
 };
 
 /// The squares of the weights of all carriers sum to 1.

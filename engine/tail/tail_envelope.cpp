@@ -37,6 +37,21 @@ void to_amplitude(Values& power, float factor) {
     for (float& x : power) x = std::sqrt(factor * x);
 }
 
+// Where the spectrum is steep, a third octave has more energy than its carrier: the crossovers add
+// that of the louder neighbour. With the energies a and b of the neighbours re its own it is lower
+// by 1 + kNeighbours (a + b - 2). T20 of third octaves is then that of a field whose decay changes
+// continuously with frequency within 1 %, up to 26 dB per octave; without it up to 7 % longer.
+constexpr float kNeighbours = 0.08F;
+
+AULA_MULTIVERSION
+void take_from_neighbours(const Values& energy, Values& taken) {
+    taken = energy;
+    for (std::size_t k = 1; k + 1 < energy.size(); ++k) {
+        const float excess = energy[k - 1] + energy[k + 1] - 2 * energy[k];
+        if (excess > 0) taken[k] = energy[k] * energy[k] / (energy[k] + kNeighbours * excess);
+    }
+}
+
 /// The amplitude at the edge of two bins: the geometric mean of theirs (exact for an exponential
 /// decay), but at most sqrt(3) times the lower one.
 AULA_MULTIVERSION
@@ -81,7 +96,8 @@ std::vector<TailSegment> tail_envelope(const EnergyResponse& energy, const Third
         const double begin_s = is_inside ? bins.begin_s(i) : bins.length_s();
         if (is_inside && spread[i].max() > 0) {
             const double centre_s = 0.5 * (begin_s + bins.end_s(i));
-            amplitude = model.energies(spread[i], centre_s * double{energy.speed_of_sound_m_s});
+            best_version<take_from_neighbours>(
+                model.energies(spread[i], centre_s * double{energy.speed_of_sound_m_s}), amplitude);
             // The squared pressure is spread over the bin's samples.
             const double samples = (bins.end_s(i) - begin_s) * sample_rate_hz;
             best_version<to_amplitude>(amplitude,

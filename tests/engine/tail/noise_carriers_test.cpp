@@ -83,8 +83,8 @@ TEST_CASE("low carriers are sampled at more than three times their highest frequ
     for (const double rate_hz : {8000.0, 16000.0, 22050.0, 44100.0, 48000.0, 96000.0, 192000.0}) {
         const NoiseCarriers c(rate_hz, 1);
         CAPTURE(rate_hz, c.decimation());
-        CHECK(rate_hz / static_cast<double>(c.decimation()) > 3.5 * 1530);
-        CHECK(rate_hz / static_cast<double>(2 * c.decimation()) < 3.6 * 1530);
+        CHECK(rate_hz / static_cast<double>(c.decimation()) > 3.5 * 1574);
+        CHECK(rate_hz / static_cast<double>(2 * c.decimation()) < 3.6 * 1574);
     }
 }
 
@@ -160,8 +160,8 @@ TEST_CASE("levelling makes the power constant over eight independent samples, no
     }
     const double levelled = static_cast<double>(count) * squares / (sum * sum) - 1;
     // Gaussian noise of bandwidth B has the variance 1 / (B V). With the crossovers, B is the
-    // power over the mean of its square: 0.25 + 2 * 0.75 * 3 / 8.
-    const double natural = 0.8125 / 4;
+    // power over the mean of its square: 2 * 3 / 8.
+    const double natural = 0.75 / 4;
     CAPTURE(levelled, natural);
     // The standard error of the variance is 6 %. The bounds are the geometric means of 5 / 12 and
     // its neighbours: 1 / 6 if the window were half as long, 1 without levelling.
