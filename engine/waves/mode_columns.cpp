@@ -12,7 +12,7 @@ namespace aula {
 namespace {
 
 /// The 16 columns of a block in one cell; aligned as a float.
-using Lanes = float __attribute__((vector_size(64), aligned(4)));
+using Lanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 
 /// Cells whose products are added in single precision, before they are added in double precision.
 constexpr std::size_t kRun = 512;
