@@ -2,13 +2,18 @@
 # BUILD/aula-VERSION-linux-PROCESSOR.tar.xz of the program, the LV2 plugins and the C interface,
 # with the libraries that they need. It runs in any folder of a Linux with the C library of the
 # system that it is built on, or a later one. Needs Debian's package patchelf, and the targets aula
-# and aula_bundle.
+# and aula_bundle. BUILD may be build/arm64, of .ci/arm64.
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(BUILD "${BUILD}" ABSOLUTE)
 get_filename_component(source "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
-load_cache("${BUILD}" READ_WITH_PREFIX "" CMAKE_PROJECT_VERSION
+load_cache("${BUILD}" READ_WITH_PREFIX "" CMAKE_PROJECT_VERSION CMAKE_TOOLCHAIN_FILE CMAKE_OBJDUMP
            pkgcfg_lib_GLFW_glfw)
-cmake_host_system_information(RESULT processor QUERY OS_PLATFORM)
+cmake_host_system_information(RESULT CMAKE_SYSTEM_PROCESSOR QUERY OS_PLATFORM)
+if(CMAKE_TOOLCHAIN_FILE)
+    include("${CMAKE_TOOLCHAIN_FILE}")
+endif()
+set(CMAKE_GET_RUNTIME_DEPENDENCIES_COMMAND "${CMAKE_OBJDUMP}")
+string(REPLACE aarch64 arm64 processor "${CMAKE_SYSTEM_PROCESSOR}")
 set(name "aula-${CMAKE_PROJECT_VERSION}-linux-${processor}")
 set(work "${BUILD}/archive")
 set(root "${work}/${name}")
@@ -46,10 +51,13 @@ set(of_the_system "^(ld-linux|lib(c|m|dl|rt|pthread|resolv|gcc_s|stdc\\+\\+|X11)
 set(readers "${BUILD}/audio/aula_sound_reader" "${BUILD}/audio/aula_sofa_reader"
             "${BUILD}/engine/aula_directivity_reader")
 
+# Where those of another processor are.
+file(GLOB folders "${CMAKE_SYSROOT}/lib/*-linux-gnu" "${CMAKE_SYSROOT}/usr/lib/*-linux-gnu")
+
 # copy_libraries(TO FROM BINARY...): the libraries of binaries and readers, as hard links of those
 # in FROM if it holds them.
 function(copy_libraries to from)
-    file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${readers} LIBRARIES ${ARGN}
+    file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${readers} LIBRARIES ${ARGN} DIRECTORIES ${folders}
          PRE_EXCLUDE_REGEXES "${of_the_system}" RESOLVED_DEPENDENCIES_VAR found)
     list(APPEND found ${window})
     file(MAKE_DIRECTORY "${to}")
@@ -91,10 +99,12 @@ set(packages libcli11-dev libeigen3-dev libglm-dev libhdf5-dev libimgui-dev nloh
 set(files "")
 foreach(library IN LISTS libraries)
     file(REAL_PATH "${library}" library)
+    string(REPLACE "${CMAKE_SYSROOT}/" "/" library "${library}")
     string(REGEX REPLACE "^/usr" "" moved "${library}")  # where some packages had it
     list(APPEND files "${library}" "${moved}")
 endforeach()
-execute_process(COMMAND dpkg-query --search ${files} OUTPUT_VARIABLE owners ERROR_QUIET)
+set(query dpkg-query "--admindir=${CMAKE_SYSROOT}/var/lib/dpkg")
+execute_process(COMMAND ${query} --search ${files} OUTPUT_VARIABLE owners ERROR_QUIET)
 foreach(library IN LISTS libraries)
     file(REAL_PATH "${library}" library)
     cmake_path(GET library FILENAME file)
@@ -110,9 +120,9 @@ set(sources "The libraries in lib/aula and what is compiled into the binaries ar
 packages of Debian, unchanged but for the folder in which the libraries search each other. The
 sources of each version are on https://snapshot.debian.org.\n\n")
 foreach(package IN LISTS packages)
-    configure_file("/usr/share/doc/${package}/copyright"
+    configure_file("${CMAKE_SYSROOT}/usr/share/doc/${package}/copyright"
                    "${documents}/libraries/${package}.copyright" COPYONLY)
-    execute_process(COMMAND dpkg-query --show
+    execute_process(COMMAND ${query} --show
                             "--showformat=\${Package} \${Version}, source \${source:Package} \${source:Version}\n"
                             "${package}"
                     OUTPUT_VARIABLE line COMMAND_ERROR_IS_FATAL ANY)
