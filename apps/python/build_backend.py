@@ -1,7 +1,8 @@
 """PEP 517 backend: builds the package by CMake and packs what it installs into a wheel.
 
 pip's option --config-settings build-dir=DIR names a build folder that is kept; without it the
-build has a temporary folder.
+build has a temporary folder. python-headers=DIR, such as /usr/include/python3.14, makes a wheel for
+the version of these headers, not for that of the interpreter.
 """
 
 import base64
@@ -39,7 +40,7 @@ def pack(package, wheel):
             archive.write(path, path.relative_to(package))
 
 
-def _configure(build):
+def _configure(build, headers):
     """With the pybind11 that pip has installed for the build, else with the system's."""
     try:
         import pybind11
@@ -48,7 +49,8 @@ def _configure(build):
         where = []
     subprocess.run(["cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
                     "-DAULA_BUILD_TESTS=OFF", "-DAULA_PYTHON=ON",
-                    f"-DPython_EXECUTABLE={sys.executable}", *where], check=True)
+                    f"-DAULA_PYTHON_HEADERS={headers}", f"-DPython_EXECUTABLE={sys.executable}",
+                    *where], check=True)
 
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
@@ -67,16 +69,21 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     with tempfile.TemporaryDirectory() as scratch:
-        build = (config_settings or {}).get("build-dir", f"{scratch}/build")
-        if not pathlib.Path(build, "CMakeCache.txt").exists():
-            _configure(build)
+        settings = config_settings or {}
+        build = settings.get("build-dir", f"{scratch}/build")
+        headers = settings.get("python-headers", "")
+        if headers or not pathlib.Path(build, "CMakeCache.txt").exists():
+            _configure(build, headers)
         subprocess.run(["cmake", "--build", build, "--target", "aula_python",
                         "--parallel", str(len(os.sched_getaffinity(0)))], check=True)
         subprocess.run(["cmake", "--install", build, "--component", "python", "--strip",
                         "--prefix", f"{scratch}/prefix"], check=True)
 
-        tag = "cp{0}{1}-cp{0}{1}-".format(*sys.version_info) + \
-            re.sub("[-.]", "_", sysconfig.get_platform())
+        version = "{0}.{1}".format(*sys.version_info)
+        if headers:
+            version = pathlib.Path(headers).name.removeprefix("python")
+        python = "cp" + version.replace(".", "")
+        tag = f"{python}-{python}-" + re.sub("[-.]", "_", sysconfig.get_platform())
         package = pathlib.Path(scratch, "prefix/lib/python3/dist-packages")
         info = prepare_metadata_for_build_wheel(package)
         (package / info / "WHEEL").write_text(

@@ -82,7 +82,7 @@ void pass_of(std::size_t radix, const Parts& in, const Parts& out, std::size_t g
 }  // namespace
 
 Fft::Fft(std::size_t size) : twiddles_(size), real_(size), imaginary_(size) {
-    for (const std::size_t radix : {4, 2, 3, 5}) {
+    for (const std::size_t radix : {4U, 2U, 3U, 5U}) {
         for (; size % radix == 0; size /= radix) radices_.push_back(radix);
     }
     assert(size == 1);
@@ -96,7 +96,7 @@ Fft::Fft(std::size_t size) : twiddles_(size), real_(size), imaginary_(size) {
 std::size_t Fft::fast_size(std::size_t least, std::size_t multiple) {
     for (std::size_t size = (least + multiple - 1) / multiple * multiple;; size += multiple) {
         std::size_t rest = size;
-        for (const std::size_t factor : {2, 3, 5}) {
+        for (const std::size_t factor : {2U, 3U, 5U}) {
             while (rest % factor == 0) rest /= factor;
         }
         if (rest == 1) return size;
