@@ -307,7 +307,6 @@ TEST_CASE("an error of measured values names the line and what is expected") {
     has("parameter,1000\nT30,-1\n", {"line 2", "seconds"});
     has("parameter,1000\nD50,55\n", {"line 2", "0 to 1"});
     has("parameter,1000\nT30,1,2\n", {"line 2", "cells"});
-    has("parameter;1000\nT30;1\n", {"line 1", "parameter"});
     has("parameter,1000\nT30,1\nT30,1\n", {"line 3", "has T30 again"});
     has("response,parameter,mean\na,STI,0.5\nb,STI,0.5\na,STI,0.5\n",
         {"line 4", "STI again of \"a\""});
