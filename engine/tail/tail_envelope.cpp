@@ -48,7 +48,9 @@ void take_from_neighbours(const Values& energy, Values& taken) {
     taken = energy;
     for (std::size_t k = 1; k + 1 < energy.size(); ++k) {
         const float excess = energy[k - 1] + energy[k + 1] - 2 * energy[k];
-        if (excess > 0) taken[k] = energy[k] * energy[k] / (energy[k] + kNeighbours * excess);
+        // Without energy the quotient may be 0 / 0: the smallest numbers are rounded to 0.
+        if (excess > 0 && energy[k] > 0)
+            taken[k] = energy[k] * (energy[k] / (energy[k] + kNeighbours * excess));
     }
 }
 

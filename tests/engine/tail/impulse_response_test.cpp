@@ -370,6 +370,12 @@ TEST_CASE("a silent energy response gives a silent impulse response") {
     CHECK(energy_of(build(EnergyResponse{}, 0.1).channels[0]) == 0);
 }
 
+TEST_CASE("a decay to the smallest numbers and below is finite") {
+    const EnergyResponse r = decay(2, {2, 1, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05}, all(1.0));
+    const std::vector<float> samples = build(r, 2).channels[0];
+    CHECK(std::all_of(samples.begin(), samples.end(), [](float x) { return std::isfinite(x); }));
+}
+
 TEST_CASE("the impulse response has the right energy at other sample rates") {
     const EnergyResponse r = decay(0.3, all(0.5), all(1));
     for (const double rate_hz : {8000.0, 22050.0, 44100.0, 96000.0}) {
