@@ -292,12 +292,13 @@ class Scenes(unittest.TestCase):
         hashes = {room.hash}
         for change in (lambda r: r.materials.__setitem__("wall", aula.material("curtain")),
                        lambda r: r.configure(rays=123), lambda r: r.configure(seed=2),
+                       lambda r: r.configure(waves_hz=100),
                        lambda r: setattr(r, "sources", [aula.Source((1, 1, 1))]),
                        lambda r: setattr(r, "listener", aula.Microphone((1, 1, 1)))):
             changed = room.copy()
             change(changed)
             hashes.add(changed.hash)
-        self.assertEqual(len(hashes), 6)
+        self.assertEqual(len(hashes), 7)
         self.assertEqual(room.hash, box().hash)
 
     def test_shipped_scenes(self):

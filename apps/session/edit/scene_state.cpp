@@ -18,7 +18,7 @@ namespace aula {
 
 namespace {
 
-constexpr std::string_view kHeader = "aula scene 3\n";
+constexpr std::string_view kHeader = "aula scene 4\n";
 
 /// Directions by which directivities are compared: a spiral over the sphere with equal areas.
 std::vector<Vec3> probe_directions() {
@@ -224,7 +224,7 @@ void transfer_simulation(Archive& archive, auto& s, bool threads) {
     transfer_enum(archive, s.quality, static_cast<int>(Quality::fine));
     transfer_all(archive, s.rays, s.order, s.specular_order, s.specular, s.direct,
                  s.diffraction_order, s.transmission, s.response_time_s, s.patch_size_m,
-                 s.listener_radius_m, s.frame_rate_hz, s.ir_length_s, s.seed);
+                 s.listener_radius_m, s.frame_rate_hz, s.ir_length_s, s.seed, s.waves_hz);
     if (threads) transfer(archive, s.threads);
     transfer(archive, s.memory_mb);
 }

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "apps/session/edit/scene_state.h"
 #include "audio/dsp/fft.h"
 #include "aula/measurement.h"
 #include "engine/base/sampling.h"
@@ -150,6 +151,12 @@ TEST_CASE("wave_join: without waves a measurement is that of rays, and so is an 
     CHECK(measured->waves == nullptr);
     REQUIRE(measured->warnings.size() == 1);
     CHECK(measured->warnings[0].find("open") != std::string::npos);
+}
+
+TEST_CASE("wave_join: the state of a scene contains the limit of the modes") {
+    const std::string state = scene_state(living_room(120), false);
+    CHECK(state != scene_state(living_room(0), false));
+    CHECK(scene_from_state(scene_state(living_room(120), true)).simulation.waves_hz == 120);
 }
 
 TEST_CASE("wave_join: the same bytes with 1 and 3 threads, and the same decay in both parts") {
