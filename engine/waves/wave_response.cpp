@@ -1,9 +1,12 @@
 #include "engine/waves/wave_response.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+
+#include "engine/base/near_field.h"
 
 namespace aula {
 
@@ -37,9 +40,9 @@ WaveField WaveResponse::reverberant(double wave_number) const {
     const auto direct = direct_field(distance_m, wave_number);
     const auto beyond = direct_field_beyond(distance_m, wave_number, highest_wave_number);
     field[0] -= direct[0] - beyond[0];
+    const Vec3 along = near_direction(from_source);
     for (std::size_t a = 0; a < 3; ++a) {
-        const double along = double{from_source[static_cast<int>(a)]} / distance_m;
-        field[a + 1] -= (direct[1] - beyond[1]) * along;
+        field[a + 1] -= (direct[1] - beyond[1]) * double{along[static_cast<int>(a)]};
     }
     return field;
 }
@@ -67,12 +70,13 @@ WaveResponse wave_response(const RoomModes& modes, std::span<const DampedPole> p
 }
 
 std::array<Complex, 2> direct_field(double distance_m, double wave_number) {
-    const Complex value = std::polar(1 / distance_m, -wave_number * distance_m);
-    return {value, -value * Complex(1 / distance_m, wave_number)};
+    const double r = std::max(distance_m, kNearest_m);
+    const Complex value = std::polar(1 / r, -wave_number * r);
+    return {value, -value * Complex(1 / r, wave_number)};
 }
 
 std::array<double, 2> direct_field_beyond(double distance_m, double wave_number, double highest) {
-    const double r = distance_m;
+    const double r = std::max(distance_m, kNearest_m);
     const double k = wave_number;
     const double a = (highest - k) * r;
     const double b = (highest + k) * r;

@@ -33,7 +33,8 @@ struct WaveResponse {
 WaveResponse wave_response(const RoomModes& modes, std::span<const DampedPole> poles,
                            const ModeValues& source, const ModeValues& receiver);
 
-/// The direct sound exp(-j k r) / r at a distance in m, and its derivative by the distance.
+/// The direct sound exp(-j k r) / r at a distance in m, and its derivative by the distance; nearer
+/// than kNearest_m those at this distance.
 std::array<std::complex<double>, 2> direct_field(double distance_m, double wave_number);
 
 /// The part of it that modes above `highest` carry, real: 2 / (pi r) times the integral of

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "audio/dsp/fft.h"
+#include "engine/base/near_field.h"
 #include "engine/base/worker_pool.h"
 
 namespace aula {
@@ -96,9 +97,9 @@ WaveField PairWaves::field(double hz, bool with_direct) const {
     const double distance_m{glm::length(response_.from_source)};
     const auto direct = direct_field(distance_m, wave_number);
     result[0] += direct[0];
+    const Vec3 along = near_direction(response_.from_source);
     for (std::size_t a = 0; a < 3; ++a) {
-        result[a + 1] +=
-            direct[1] * double{response_.from_source[static_cast<int>(a)]} / distance_m;
+        result[a + 1] += direct[1] * double{along[static_cast<int>(a)]};
     }
     return result;
 }

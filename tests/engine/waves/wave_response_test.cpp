@@ -227,6 +227,22 @@ TEST_CASE("wave_response: source and receiver are interchangeable") {
     }
 }
 
+TEST_CASE("wave_response: at the source the field is finite, and that at the nearest distance") {
+    const Scene scene = box_scene({5, 4, 3}, {.1F, .1F, .1F, .1F, .1F, .1F});
+    const Vec3 source(1.2F, 1.1F, 1.5F);
+    const RoomWaves waves = waves_of(scene, source, 80);
+    const WaveResponse near = waves.response(source, source + Vec3(0.1F, 0, 0)).value();
+    for (const float apart_m : {0.0F, 1e-6F, 0.02F}) {
+        const WaveResponse response = waves.response(source, source + Vec3(apart_m, 0, 0)).value();
+        for (const double hz : {30.0, 63.0, 100.0}) {
+            CAPTURE(apart_m, hz);
+            const double k = wave_number_of(hz);
+            CHECK(std::abs(pressure(response, k) - pressure(near, k)) < 1);  // of about 10
+            for (const Complex& x : response.reverberant(k)) CHECK(std::isfinite(std::abs(x)));
+        }
+    }
+}
+
 TEST_CASE("wave_response: a room twice as large has half the pressure at half the frequency") {
     const auto pressures = [](float scale) {
         Object room = test::l_shaped_room();

@@ -153,6 +153,27 @@ TEST_CASE("wave_join: without waves a measurement is that of rays, and so is an 
     CHECK(measured->warnings[0].find("open") != std::string::npos);
 }
 
+TEST_CASE("wave_join: a receiver at the source is as loud as one at the nearest distance") {
+    MeasurementOptions options;
+    options.frames = 4;
+    const Scene scene = living_room(Simulation::kHighestWaves_hz);
+    std::vector<Pose> near(3);
+    near[0].position = kSource;
+    near[1].position = kSource + Vec3(0.01F, 0, 0);
+    near[2].position = kSource + Vec3(0.1F, 0, 0);
+    const auto measured = measure(scene, scene.sources, near, options);
+    REQUIRE(measured);
+    REQUIRE(measured->waves_below_hz > 0);
+    for (std::size_t band = 0; band < 3; ++band) {
+        const auto level = [&](std::size_t r) {
+            return db(squared_pressure(measured->response(0, r).total(band)));
+        };
+        CAPTURE(band);
+        CHECK(std::abs(level(0) - level(2)) < 1);
+        CHECK(std::abs(level(1) - level(2)) < 1);
+    }
+}
+
 TEST_CASE("wave_join: the state of a scene contains the limit of the modes") {
     const std::string state = scene_state(living_room(120), false);
     CHECK(state != scene_state(living_room(0), false));
