@@ -112,7 +112,7 @@ void GridPoints::trace(const RayScene& scene, const GridLines& lines, std::size_
         rays.clear();
         for (const std::uint32_t line : active) {
             const Index i = on_line(axis, line, 0);
-            Vec3 origin(at_m_[0][i[0]], at_m_[1][i[1]], at_m_[2][i[2]]);
+            Vec3 origin = position(i);
             origin[a] = from[line];
             rays.push_back(
                 {lines.to_world(origin), direction, planes.back() + kBefore_m - from[line]});

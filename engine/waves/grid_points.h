@@ -57,10 +57,12 @@ class GridPoints {
     /// The number of points of a part.
     std::uint32_t size(std::uint32_t part) const { return size_[part]; }
     std::uint32_t cell_of(std::uint32_t part) const { return cell_[part]; }
+    /// In the coordinates of the grid.
+    Vec3 position(const Index& i) const { return {at_m_[0][i[0]], at_m_[1][i[1]], at_m_[2][i[2]]}; }
     /// The part of a point; kNoPart on a wall.
     std::uint32_t part_at(const Index& point) const;
 
-    /// Forgets what is needed only while a grid is built: all but part_at().
+    /// Forgets what is needed only while a grid is built: all but position() and part_at().
     void shrink();
 
     /// After shrink().

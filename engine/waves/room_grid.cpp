@@ -388,10 +388,10 @@ std::vector<Vec3> room_extent(const RayScene& scene, std::span<const Vec3> place
     return points;
 }
 
-RoomGrid::RoomGrid(const RayScene& scene, std::span<const Vec3> extent,
+RoomGrid::RoomGrid(std::shared_ptr<const RayScene> scene, std::span<const Vec3> extent,
                    std::span<const Vec3> places, float cell_m)
-    : lines_(scene, extent, cell_m), points_(scene, lines_) {
-    Builder builder(*this, scene);
+    : scene_(std::move(scene)), lines_(*scene_, extent, cell_m), points_(*scene_, lines_) {
+    Builder builder(*this, *scene_);
     builder.find_faces();
     // Each part is a cell until the cells are numbered.
     cell_of_.resize(points_.parts());
@@ -418,7 +418,7 @@ std::optional<std::uint32_t> RoomGrid::cell_at(const Vec3& place) const {
             (above - planes.begin() - 1) * std::int64_t{kPoints} +
             std::min<std::int64_t>(static_cast<std::int64_t>(share * kPoints), kPoints - 1);
     }
-    // The nearest point of the air, of 27.
+    // The nearest point of the air, of 27, that no wall separates from the place.
     std::optional<std::uint32_t> found;
     int least = 4;
     for (int k = 0; k < 27; ++k) {
@@ -434,6 +434,7 @@ std::optional<std::uint32_t> RoomGrid::cell_at(const Vec3& place) const {
         }
         const std::uint32_t part = inside ? points_.part_at(p) : GridPoints::kNoPart;
         if (part == GridPoints::kNoPart || cell_of_[part] == kNoCell) continue;
+        if (!scene_->visible(place, lines_.to_world(points_.position(p)))) continue;
         least = distance;
         found = cell_of_[part];
     }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -25,14 +26,15 @@ std::vector<Vec3> room_extent(const RayScene& scene, std::span<const Vec3> place
 class RoomGrid {
  public:
     /// Within the bounds of `extent`, with cells of at most `cell_m`. Without air at the places the
-    /// grid is empty.
-    RoomGrid(const RayScene& scene, std::span<const Vec3> extent, std::span<const Vec3> places,
-             float cell_m);
+    /// grid is empty. The objects of the scene must remain where they are.
+    RoomGrid(std::shared_ptr<const RayScene> scene, std::span<const Vec3> extent,
+             std::span<const Vec3> places, float cell_m);
 
     const WaveGrid& cells() const { return grid_; }
     const GridLines& lines() const { return lines_; }
 
-    /// The cell of the air at a place in world coordinates; empty beyond the air of the grid.
+    /// The cell of the air at a place in world coordinates, without a wall between; empty beyond
+    /// the air of the grid.
     std::optional<std::uint32_t> cell_at(const Vec3& place) const;
 
     std::size_t memory_bytes() const;
@@ -40,6 +42,7 @@ class RoomGrid {
  private:
     struct Builder;
 
+    std::shared_ptr<const RayScene> scene_;
     GridLines lines_;
     GridPoints points_;
     WaveGrid grid_;

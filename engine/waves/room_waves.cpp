@@ -47,11 +47,11 @@ double open_share(const WaveGrid& grid) {
 
 }  // namespace
 
-std::optional<RoomWaves> RoomWaves::find(const RayScene& scene, std::span<const Vec3> places,
-                                         double speed_of_sound_m_s, const WaveLimits& limits,
-                                         WorkerPool& pool) {
+std::optional<RoomWaves> RoomWaves::find(std::shared_ptr<const RayScene> scene,
+                                         std::span<const Vec3> places, double speed_of_sound_m_s,
+                                         const WaveLimits& limits, WorkerPool& pool) {
     Stopwatch watch;
-    const std::vector<Vec3> reached = room_extent(scene, places);
+    const std::vector<Vec3> reached = room_extent(*scene, places);
     Bounds bounds;
     bounds.add(reached);
     const Vec3 extent = bounds.max - bounds.min;
@@ -63,7 +63,7 @@ std::optional<RoomWaves> RoomWaves::find(const RayScene& scene, std::span<const 
         const RoomGrid measured(scene, reached, places, mean_m / kMeasuringCells);
         const WaveGrid& cells = measured.cells();
         if (cells.cells() == 0 || open_share(cells) > limits.most_open) return {};
-        schroeder_hz = schroeder_of(cells, scene);
+        schroeder_hz = schroeder_of(cells, *scene);
         const double highest_hz = std::min(limits.highest_hz, limits.schroeder * schroeder_hz);
         const double smallest_m = double{mean_m} / std::cbrt(limits.most_cells);
         wave_number =
@@ -81,7 +81,7 @@ std::optional<RoomWaves> RoomWaves::find(const RayScene& scene, std::span<const 
     waves.times_.grid_s = watch.lap_s();
     waves.modes_ = find_room_modes(cells, wave_number, pool);
     waves.times_.modes_s = watch.lap_s();
-    waves.poles_ = room_poles(waves.modes_, WallDamping(cells, waves.modes_, pool), scene,
+    waves.poles_ = room_poles(waves.modes_, WallDamping(cells, waves.modes_, pool), *scene,
                               speed_of_sound_m_s, pool);
     waves.times_.poles_s = watch.lap_s();
     return waves;

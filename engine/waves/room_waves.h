@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -29,9 +30,9 @@ class RoomWaves {
  public:
     /// Empty if too much of the room is open, or if there is no air at the places. The same bytes
     /// for any number of threads.
-    static std::optional<RoomWaves> find(const RayScene& scene, std::span<const Vec3> places,
-                                         double speed_of_sound_m_s, const WaveLimits& limits,
-                                         WorkerPool& pool);
+    static std::optional<RoomWaves> find(std::shared_ptr<const RayScene> scene,
+                                         std::span<const Vec3> places, double speed_of_sound_m_s,
+                                         const WaveLimits& limits, WorkerPool& pool);
 
     const RoomGrid& grid() const { return grid_; }
     const RoomModes& modes() const { return modes_; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -63,7 +64,7 @@ std::vector<Row> measure_waves(const Subject& subject, const Settings& settings)
     const Vec3 source = scene.sources[0].position_at(0);
     const std::vector<Vec3> places{source, scene.listener.pose_at(0).position};
     const double speed_m_s{scene.medium.speed_of_sound_m_s()};
-    const RayScene rays(scene);
+    const auto rays = std::make_shared<const RayScene>(scene);
     WorkerPool pool(subject.threads);
     settings.progress("waves: modes");
     const std::optional<RoomWaves> waves =

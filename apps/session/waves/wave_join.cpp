@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <numbers>
 #include <utility>
 
@@ -226,7 +227,8 @@ WaveJoin::WaveJoin(const Scene& scene)
     for (const Source& source : scene.sources) places.push_back(source.position_at(0));
     WorkerPool pool(simulation.threads.value_or(default_threads()));
     const WaveLimits limits{.highest_hz = std::numbers::sqrt2 * double{simulation.waves_hz}};
-    waves_ = RoomWaves::find(RayScene(scene), places, speed_of_sound_m_s_, limits, pool);
+    waves_ = RoomWaves::find(std::make_shared<const RayScene>(scene), places, speed_of_sound_m_s_,
+                             limits, pool);
     if (!waves_) {
         why_not_ = "waves: none, because more than 5 % of the room's surface is open";
         return;

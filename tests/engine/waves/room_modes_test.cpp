@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -21,15 +22,16 @@ const std::vector<Vec3> kPlaces{Vec3(0.03F, 0.02F, 0.01F)};
 /// The modes up to about that number of an object around the origin.
 struct Found {
     Found(const Object& object, double count, int threads = 1)
-        : rays(test::grey_room(object, 0.1F, 0.1F, Vec3(0), Vec3(0.1F))),
+        : rays(std::make_shared<const RayScene>(
+              test::grey_room(object, 0.1F, 0.1F, Vec3(0), Vec3(0.1F)))),
           wave_number(weyl_wave_number(count, test::volume_m3(object), test::surface_m2(object))),
-          grid(rays, room_extent(rays, kPlaces), kPlaces,
+          grid(rays, room_extent(*rays, kPlaces), kPlaces,
                static_cast<float>(cell_for_wave_number_m(wave_number))) {
         WorkerPool pool(threads);
         modes = find_room_modes(grid.cells(), wave_number, pool);
     }
 
-    RayScene rays;
+    std::shared_ptr<const RayScene> rays;
     double wave_number;
     RoomGrid grid;
     RoomModes modes;

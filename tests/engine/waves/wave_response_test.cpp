@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -56,7 +57,7 @@ Scene box_scene(const Vec3& size, const std::array<float, 6>& absorption) {
 
 /// The field of a room with about that number of modes, without other limits.
 RoomWaves waves_of(const Scene& scene, const Vec3& place, double modes, double cells = 1) {
-    const RayScene rays(scene);
+    const auto rays = std::make_shared<const RayScene>(scene);
     WorkerPool pool(1);
     const WaveLimits limits{
         .modes = modes, .highest_hz = 1e4, .schroeder = 1e4, .cells = cells, .most_open = 0.05};
@@ -349,12 +350,38 @@ TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer gri
     }
 }
 
+TEST_CASE("room_waves: a thin wall separates the air on its two sides") {
+    // Two rooms, and a wall without thickness between them in the plane x = 2.5.
+    Object rooms = test::box({5, 4, 3});
+    const auto first = static_cast<std::uint32_t>(rooms.vertices.size());
+    for (const Vec3 v : {Vec3(2.5F, 0, 0), Vec3(2.5F, 4, 0), Vec3(2.5F, 4, 3), Vec3(2.5F, 0, 3)})
+        rooms.vertices.push_back(v);
+    rooms.triangles.push_back({first, first + 1, first + 2});
+    rooms.triangles.push_back({first, first + 2, first + 3});
+    rooms.triangle_materials.insert(rooms.triangle_materials.end(), 2, 0);
+    const Vec3 source(1, 1.2F, 1.5F);
+    // The wall also lies within cells: turned about an axis of the grid it is in none of its
+    // planes.
+    for (const float turn_m : {0.0F, 0.4F}) {
+        rooms.vertices[first].x = rooms.vertices[first + 3].x = 2.5F + turn_m;
+        const Scene scene = test::grey_room(rooms, 0.1F, 0.1F, source, Vec3(2));
+        const RoomWaves waves = waves_of(scene, source, 60);
+        for (float y = 0.3F; y < 4; y += 0.23F) {
+            const float wall_x = 2.5F + turn_m * (1 - y / 4);
+            CAPTURE(turn_m, y);
+            CHECK(waves.response(source, {wall_x - 0.02F, y, 1.4F}));
+            CHECK_FALSE(waves.response(source, {wall_x + 0.02F, y, 1.4F}));
+        }
+    }
+}
+
 TEST_CASE("room_waves: limits lower the highest frequency, an open room has no modes") {
     Scene scene = box_scene({5, 4, 3}, {.1F, .1F, .1F, .1F, .1F, .1F});
     const std::vector<Vec3> places{Vec3(1)};
     WorkerPool pool(1);
     const auto highest_hz = [&](const WaveLimits& limits) {
-        const auto waves = RoomWaves::find(RayScene(scene), places, kSpeed_m_s, limits, pool);
+        const auto waves = RoomWaves::find(std::make_shared<const RayScene>(scene), places,
+                                           kSpeed_m_s, limits, pool);
         return waves ? waves->highest_hz() : 0;
     };
     CHECK(highest_hz({.highest_hz = 80}) == Approx(80));
@@ -366,7 +393,8 @@ TEST_CASE("room_waves: limits lower the highest frequency, an open room has no m
     scene.objects[0].triangles.resize(10);
     scene.objects[0].triangle_materials.resize(10);
     CHECK(highest_hz({}) == 0);
-    CHECK_FALSE(RoomWaves::find(RayScene(Scene()), places, kSpeed_m_s, {}, pool));
+    CHECK_FALSE(
+        RoomWaves::find(std::make_shared<const RayScene>(Scene()), places, kSpeed_m_s, {}, pool));
 }
 
 TEST_CASE("wall_admittance: absorption in a diffuse field by Paris") {
