@@ -64,9 +64,7 @@ constexpr std::array kMaterials{
               "plaster putz verputz kalkzementputz zementputz platre yeso gips stucco stuck enduit "
               "tapete wallpaper paint painted "
               "farbe peinture pintura"},
-    NameWords{"perforated_gypsum",
-              "lochgips lochgipsplatte lochplatte lochdecke gelocht geschlitzt perforated "
-              "perforiert perfore perforado"},
+    NameWords{"perforated_gypsum", "lochgips lochgipsplatte lochplatte lochdecke"},
     NameWords{"perforated_metal_ceiling", "lochblech lochblechdecke"},
     NameWords{"plywood", "plywood sperrholz contreplaque contrachapado"},
     NameWords{"rough_concrete", "rohbeton sichtbeton betonbrut"},

@@ -51,9 +51,13 @@ void check_transmission(const Material& material, std::size_t band, const JsonRe
 /// The same for all bands; one error for a single number, that of the least absorption.
 void check_transmission(const Material& material, const JsonReader& json) {
     if (json.is_number()) {
-        const auto& alpha = material.absorption.value;
-        const auto least = std::min_element(alpha.begin(), alpha.end()) - alpha.begin();
-        return check_transmission(material, static_cast<std::size_t>(least), json);
+        // The band that transmits most of what is more than it absorbs.
+        const Bands transmitted = material.transmission();
+        const auto excess = [&](std::size_t b) { return transmitted[b] - material.absorption[b]; };
+        std::size_t most = 0;
+        for (std::size_t b = 1; b < kBandCount; ++b)
+            if (excess(b) > excess(most)) most = b;
+        return check_transmission(material, most, json);
     }
     const auto items = json.items("a list");
     for (std::size_t b = 0; b < kBandCount; ++b)

@@ -638,7 +638,8 @@ class Errors(unittest.TestCase):
                 "listener": {"position": [1, 1, 1]}}))
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                aula.measure(aula.load_scene(file), **FEW)
+                measured = aula.measure(aula.load_scene(file), third_octaves=True, **FEW)
+        self.assertTrue(np.isnan(measured.parameters(bands="third")["T30"]).all())
         texts = [str(warning.message) for warning in caught]
         self.assertEqual(len(texts), 2)  # outside, not audible
         for text in texts:

@@ -153,9 +153,11 @@ std::string open_plan_section(const RoomReport& report) {
     if (rows.empty())
         return formatted(
             "<p>No values of ISO 3382-3 (open-plan offices): they need at least %zu receivers in "
-            "one direction from a talker, within ±%g°, at distances of %g to %g m, the farthest at "
+            "one direction from a talker, within ±%g°, on one floor (±%g m), at distances of %g to "
+            "%g m, the farthest at "
             "least twice as far as the nearest.</p>\n",
-            kOpenPlanReceivers, kOpenPlanAngle_deg, kOpenPlanFrom_m, kOpenPlanTo_m);
+            kOpenPlanReceivers, kOpenPlanAngle_deg, kOpenPlanLevel_m, kOpenPlanFrom_m,
+            kOpenPlanTo_m);
     std::string html =
         "<h3>Open-plan offices (ISO 3382-3)</h3>\n<table class=\"pairs\">\n" +
         head_row(html_header("source") + html_header("line of receivers") +

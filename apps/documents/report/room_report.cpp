@@ -128,8 +128,9 @@ std::string scattering_sentence(const RoomReport& report, const PositionAverage&
     for (std::size_t i = 0; i < averages.size(); ++i)
         if (const std::optional<double> other_s = t30_s(averages[i]))
             other += (other.empty() ? "" : ", ") +
-                     formatted("%.2f s if all surfaces scatter %s", *other_s,
-                               kScatteringFactors[i] < 1 ? "half as much" : "twice as much");
+                     formatted(
+                         "%.2f s if all surfaces scatter %s", *other_s,
+                         kScatteringFactors[i] < 1 ? "half as much" : "twice as much, at most all");
     const std::optional<double> mean_s = t30_s(average);
     if (!mean_s || other.empty()) return {};
     return formatted("<p>The mean T30 is %.2f s; it is ", *mean_s) + other +

@@ -229,7 +229,10 @@ std::vector<PairParameters> parameters_of(const Measurement& m, const PairMeans&
     std::vector<PairParameters> parameters(m.responses.size());
     WorkerPool workers(m.simulation.threads.value_or(default_threads()));
     workers.run(parameters.size(), [&](std::size_t pair) {
-        if (!m.audible[pair]) return;
+        if (!m.audible[pair]) {
+            if (third_octaves) parameters[pair].third_octaves.resize(kThirdOctaveParameterCount);
+            return;
+        }
         const Pose& receiver = m.receivers[pair % m.receivers.size()];
         const Source& source = m.sources[pair / m.receivers.size()];
         parameters[pair] =

@@ -53,6 +53,15 @@ TEST_CASE("receivers within a doubling of the distance have no slope") {
     CHECK(open_plan_parameters(line({4, 5, 6, 8})));
 }
 
+TEST_CASE("receivers on raked seats are no line") {
+    auto receivers = line({2, 4, 7, 11});
+    for (SpeechAtReceiver& receiver : receivers)
+        receiver.from_talker_m.z = 0.1F * receiver.from_talker_m.x;
+    CHECK_FALSE(open_plan_parameters(receivers));
+    for (SpeechAtReceiver& receiver : receivers) receiver.from_talker_m.z = -0.4F;
+    CHECK(open_plan_parameters(receivers));
+}
+
 TEST_CASE("only receivers in one direction are a line") {
     // Around the talker, as in a lecture hall.
     auto receivers = line({2, 4, 7, 11});

@@ -219,6 +219,9 @@ TEST_CASE("a material is like one of the library, or one before it") {
     CHECK(error(R"("a": {"absorption": 0.2, "sound_reduction_db": 10},
                    "b": {"like": "a", "absorption": 0.01})")
               .find("/materials/b/absorption") != std::string::npos);
+    CHECK(error(R"("a": {"absorption": 1, "sound_reduction_db": [20,20,20,1,20,20,20,20]},
+                   "b": {"like": "a", "absorption": 0.1})")
+              .find("/materials/b/absorption") != std::string::npos);
 }
 
 TEST_CASE("walls are opaque unless a sound reduction is stated, for all bands or for each") {
