@@ -52,8 +52,9 @@ void check_transmission(const Material& material, std::size_t band, const JsonRe
 void check_transmission(const Material& material, const JsonReader& json) {
     if (json.is_number()) {
         // The band that transmits most of what is more than it absorbs.
-        const Bands transmitted = material.transmission();
-        const auto excess = [&](std::size_t b) { return transmitted[b] - material.absorption[b]; };
+        const auto excess = [&](std::size_t b) {
+            return std::pow(10, -(*material.sound_reduction_db)[b] / 10) - material.absorption[b];
+        };
         std::size_t most = 0;
         for (std::size_t b = 1; b < kBandCount; ++b)
             if (excess(b) > excess(most)) most = b;
