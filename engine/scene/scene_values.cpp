@@ -53,7 +53,8 @@ void check_transmission(const Material& material, const JsonReader& json) {
     if (json.is_number()) {
         // The band that transmits most of what is more than it absorbs.
         const auto excess = [&](std::size_t b) {
-            return std::pow(10, -(*material.sound_reduction_db)[b] / 10) - material.absorption[b];
+            return std::pow(10, -double{(*material.sound_reduction_db)[b]} / 10) -
+                   double{material.absorption[b]};
         };
         std::size_t most = 0;
         for (std::size_t b = 1; b < kBandCount; ++b)
