@@ -48,7 +48,7 @@ void check_transmission(const Material& material, std::size_t band, const JsonRe
               rounded_up(transmitted));
 }
 
-/// The same for all bands; one error for a single number, that of the least absorption.
+/// The same for all bands; one error for a single number.
 void check_transmission(const Material& material, const JsonReader& json) {
     if (json.is_number()) {
         // The band that transmits most of what is more than it absorbs.
