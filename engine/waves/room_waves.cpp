@@ -98,7 +98,11 @@ double RoomWaves::hz_of(double wave_number) const {
 std::size_t RoomWaves::memory_bytes() const {
     std::size_t bytes = grid_.memory_bytes();
     bytes += modes_.shapes.cells() * modes_.shapes.columns() * sizeof(float);
-    for (const DampedPole& pole : poles_) bytes += pole.shape.size() * sizeof pole.shape[0];
+    for (const OctavePoles& octaves : poles_) {
+        for (const DampedPole& pole : octaves.poles) {
+            bytes += pole.shape.size() * sizeof pole.shape[0];
+        }
+    }
     return bytes;
 }
 

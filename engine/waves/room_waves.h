@@ -10,6 +10,7 @@
 #include "engine/waves/mode_values.h"
 #include "engine/waves/room_grid.h"
 #include "engine/waves/room_modes.h"
+#include "engine/waves/wall_damping.h"
 #include "engine/waves/wave_response.h"
 
 namespace aula {
@@ -36,7 +37,7 @@ class RoomWaves {
 
     const RoomGrid& grid() const { return grid_; }
     const RoomModes& modes() const { return modes_; }
-    std::span<const DampedPole> poles() const { return poles_; }
+    std::span<const OctavePoles> poles() const { return poles_; }
     double volume_m3() const { return grid_.cells().total_volume_m3(); }
     /// Of the mean absorption at 500 Hz and 1 kHz, by Eyring.
     double schroeder_frequency_hz() const { return schroeder_frequency_hz_; }
@@ -62,7 +63,7 @@ class RoomWaves {
 
     RoomGrid grid_;
     RoomModes modes_;
-    std::vector<DampedPole> poles_;
+    std::vector<OctavePoles> poles_;
     double speed_of_sound_m_s_;
     double schroeder_frequency_hz_ = 0;
     Times times_;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <utility>
 
 #include "engine/waves/wall_admittance.h"
 
@@ -20,6 +19,13 @@ constexpr double kLeastWaveNumber2 = 3.4e-4;
 /// The frequency in Hz where an octave band begins; the lowest begins at 0.
 double band_begin_hz(std::size_t band) {
     return band == 0 ? 0 : double{kBandCentres_hz[band]} / std::numbers::sqrt2;
+}
+
+/// The sum over all poles, 1/m.
+double decay(const std::vector<DampedPole>& poles) {
+    double sum = 0;
+    for (const DampedPole& pole : poles) sum -= pole.pole.real();
+    return sum;
 }
 
 }  // namespace
@@ -68,43 +74,32 @@ bool WallDamping::is_equal(const RayScene& scene, std::size_t band, std::size_t 
     });
 }
 
-std::vector<DampedPole> room_poles(const RoomModes& modes, const WallDamping& damping,
-                                   const RayScene& scene, double speed_of_sound_m_s,
-                                   WorkerPool& pool) {
+std::vector<OctavePoles> room_poles(const RoomModes& modes, const WallDamping& damping,
+                                    const RayScene& scene, double speed_of_sound_m_s,
+                                    WorkerPool& pool) {
     const double per_hz = 2 * std::numbers::pi / speed_of_sound_m_s;
     std::vector<double> stiffness = modes.wave_number2;
     for (double& k2 : stiffness) k2 = std::max(k2, kLeastWaveNumber2);
 
-    // The octaves with modes; those with equal absorption share their poles.
-    struct Octaves {
-        std::size_t begin = 0;
-        std::size_t end = 0;
-        std::vector<DampedPole> poles;
-    };
-    std::vector<Octaves> all;
+    std::vector<OctavePoles> all;
+    std::vector<std::size_t> bands;  // the first of each
     for (std::size_t band = 0; band < kBandCount; ++band) {
-        if (band_begin_hz(band) * per_hz > modes.highest_wave_number) break;
-        if (!all.empty() && damping.is_equal(scene, all.back().begin, band)) {
-            all.back().end = band + 1;
-        } else {
-            all.push_back({band, band + 1, {}});
-        }
+        const double begin = band_begin_hz(band) * per_hz;
+        if (begin > modes.highest_wave_number) break;
+        if (!all.empty() && damping.is_equal(scene, bands.back(), band)) continue;
+        all.push_back({begin, std::numeric_limits<double>::infinity(), {}});
+        bands.push_back(band);
     }
     pool.run(all.size(), [&](std::size_t i) {
-        all[i].poles = damped_poles(stiffness, damping.damping(scene, all[i].begin));
+        all[i].poles = damped_poles(stiffness, damping.damping(scene, bands[i]));
     });
-
-    std::vector<DampedPole> poles;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const double begin = band_begin_hz(all[i].begin) * per_hz;
-        const double end = i + 1 < all.size() ? band_begin_hz(all[i].end) * per_hz
-                                              : std::numeric_limits<double>::infinity();
-        for (DampedPole& pole : all[i].poles) {
-            const double k = pole.pole.imag();
-            if (k >= begin && k < end) poles.push_back(std::move(pole));
-        }
+    // A fade lies in the octave with less damping: the other one's field is weaker.
+    for (std::size_t i = 1; i < all.size(); ++i) {
+        const bool is_below = decay(all[i - 1].poles) < decay(all[i].poles);
+        all[i].begin *= std::exp2(is_below ? -kOctaveFade / 2 : kOctaveFade / 2);
+        all[i - 1].end = all[i].begin;
     }
-    return poles;
+    return all;
 }
 
 }  // namespace aula

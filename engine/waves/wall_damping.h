@@ -31,10 +31,21 @@ class WallDamping {
     std::map<std::uint32_t, DenseMatrix> of_;
 };
 
-/// The poles of a room with its walls in 1/m, s = j k. Those of each octave are computed with the
-/// absorption coefficients of that octave.
-std::vector<DampedPole> room_poles(const RoomModes& modes, const WallDamping& damping,
-                                   const RayScene& scene, double speed_of_sound_m_s,
-                                   WorkerPool& pool);
+/// Octaves in which the field of an octave band is faded to that of the next one. Wider, strong
+/// modes at an edge would be missing in their band; a step would ring.
+inline constexpr double kOctaveFade = 1.0 / 48;
+
+/// All poles of a room in 1/m, s = j k, with its walls as they are in some adjacent octaves.
+struct OctavePoles {
+    double begin = 0;  ///< 1/m; the middle of the fade to the octaves below; 0 for the lowest
+    double end = 0;    ///< 1/m; the same above; infinity for the highest
+    std::vector<DampedPole> poles;
+};
+
+/// The poles of a room with the absorption coefficients of each octave that has modes; octaves with
+/// equal coefficients share them.
+std::vector<OctavePoles> room_poles(const RoomModes& modes, const WallDamping& damping,
+                                    const RayScene& scene, double speed_of_sound_m_s,
+                                    WorkerPool& pool);
 
 }  // namespace aula

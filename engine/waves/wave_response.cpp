@@ -18,18 +18,34 @@ using Complex = std::complex<double>;
 /// continued fraction.
 constexpr double kSeriesEnd = 3;
 
+/// 0..1: the part above an edge, at a ratio of wave numbers to it.
+double share_above(double ratio) {
+    return std::clamp(0.5 + std::log2(ratio) / kOctaveFade, 0.0, 1.0);
+}
+
+/// Adds poles and their residues, with the share of the octaves.
+void add_field(const WaveResponse::Octaves& octaves, double wave_number, double share,
+               WaveField& sum) {
+    const Complex s(0, wave_number);
+    for (std::size_t i = 0; i < octaves.poles.size(); ++i) {
+        const Complex pole = octaves.poles[i];
+        const Complex upper = share / (s - pole);
+        const Complex lower = pole.imag() == 0 ? 0.0 : share / (s - std::conj(pole));
+        for (std::size_t c = 0; c < sum.size(); ++c) {
+            const Complex residue = octaves.residues[i][c];
+            sum[c] += residue * upper + std::conj(residue) * lower;
+        }
+    }
+}
+
 }  // namespace
 
 WaveField WaveResponse::modal(double wave_number) const {
-    const Complex s(0, wave_number);
     WaveField sum{};
-    for (std::size_t i = 0; i < poles.size(); ++i) {
-        const bool is_real = poles[i].imag() == 0;
-        const Complex upper = 1.0 / (s - poles[i]);
-        const Complex lower = is_real ? 0.0 : 1.0 / (s - std::conj(poles[i]));
-        for (std::size_t c = 0; c < sum.size(); ++c) {
-            sum[c] += residues[i][c] * upper + std::conj(residues[i][c]) * lower;
-        }
+    for (const Octaves& some : octaves) {
+        const double share =
+            share_above(wave_number / some.begin) - share_above(wave_number / some.end);
+        if (share > 0) add_field(some, wave_number, share, sum);
     }
     return sum;
 }
@@ -47,24 +63,29 @@ WaveField WaveResponse::reverberant(double wave_number) const {
     return field;
 }
 
-WaveResponse wave_response(const RoomModes& modes, std::span<const DampedPole> poles,
+WaveResponse wave_response(const RoomModes& modes, std::span<const OctavePoles> octaves,
                            const ModeValues& source, const ModeValues& receiver) {
     WaveResponse response;
     response.highest_wave_number = modes.highest_wave_number;
     response.from_source = receiver.place - source.place;
-    for (const DampedPole& pole : poles) {
-        Complex sent = 0;
-        WaveField received{};
-        for (std::size_t m = 0; m < modes.count(); ++m) {
-            sent += pole.shape[m] * source.pressure[m];
-            received[0] += pole.shape[m] * receiver.pressure[m];
-            for (std::size_t a = 0; a < 3; ++a) {
-                received[a + 1] += pole.shape[m] * receiver.slope[m][a];
+    for (const OctavePoles& some : octaves) {
+        WaveResponse::Octaves& result = response.octaves.emplace_back();
+        result.begin = some.begin;
+        result.end = some.end;
+        for (const DampedPole& pole : some.poles) {
+            Complex sent = 0;
+            WaveField received{};
+            for (std::size_t m = 0; m < modes.count(); ++m) {
+                sent += pole.shape[m] * source.pressure[m];
+                received[0] += pole.shape[m] * receiver.pressure[m];
+                for (std::size_t a = 0; a < 3; ++a) {
+                    received[a + 1] += pole.shape[m] * receiver.slope[m][a];
+                }
             }
+            for (Complex& r : received) r *= 4 * std::numbers::pi * sent;
+            result.poles.push_back(pole.pole);
+            result.residues.push_back(received);
         }
-        for (Complex& r : received) r *= 4 * std::numbers::pi * sent;
-        response.poles.push_back(pole.pole);
-        response.residues.push_back(received);
     }
     return response;
 }

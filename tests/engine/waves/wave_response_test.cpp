@@ -170,6 +170,8 @@ TEST_CASE("wave_response: the poles of a box have the exact frequencies and deca
     const Vec3 size(5, 4, 3);
     const std::array<float, 6> absorption{.1F, .1F, .2F, .1F, .3F, .1F};
     const RoomWaves waves = waves_of(box_scene(size, absorption), size * 0.3F, 120);
+    REQUIRE(waves.poles().size() == 1);  // the octaves have equal coefficients
+    const std::vector<DampedPole>& poles = waves.poles()[0].poles;
     const test::DampedBox box = damped_box(size, absorption);
     int compared = 0;
     for (int a = 0; a < 5; ++a) {
@@ -178,8 +180,8 @@ TEST_CASE("wave_response: the poles of a box have the exact frequencies and deca
                 const Complex exact = test::exact_pole(box, {a, b, c});
                 if (a + b + c == 0 || exact.imag() > 0.8 * waves.modes().highest_wave_number)
                     continue;
-                const auto nearest = std::min_element(
-                    waves.poles().begin(), waves.poles().end(), [&](const auto& x, const auto& y) {
+                const auto nearest =
+                    std::min_element(poles.begin(), poles.end(), [&](const auto& x, const auto& y) {
                         return std::abs(x.pole - exact) < std::abs(y.pole - exact);
                     });
                 CAPTURE(a, b, c);
@@ -225,6 +227,40 @@ TEST_CASE("wave_response: source and receiver are interchangeable") {
         const Complex a = there.reverberant(wave_number_of(hz))[0];
         const Complex b = back.reverberant(wave_number_of(hz))[0];
         CHECK(std::abs(a - b) < 1e-6 * std::abs(a));
+    }
+}
+
+TEST_CASE("wave_response: each octave is that of a room with its coefficients at all frequencies") {
+    const Bands absorption = GENERATE(Bands{.1F, .8F, .1F}, Bands{.7F, .2F, .9F});
+    const Vec3 size(5, 4, 3);
+    const Vec3 source(1.2F, 1.1F, 1.5F);
+    const std::vector<Vec3> receivers = places_in(size, source, 8);
+    Scene scene = test::grey_room(test::box(size), 0, 0, source, receivers[0]);
+    scene.materials[0].absorption = absorption;
+    const RoomWaves all = waves_of(scene, source, 160);
+    for (std::size_t band = 0; band < 3; ++band) {
+        scene.materials[0].absorption = Bands::filled(absorption[band]);
+        const RoomWaves own = waves_of(scene, source, 160);
+        const double octave_hz{kBandCentres_hz[band]};
+        const double end_hz = std::min(octave_hz * std::numbers::sqrt2, own.highest_hz());
+        for (const Vec3& receiver : receivers) {
+            const WaveResponse a = all.response(source, receiver).value();
+            const WaveResponse b = own.response(source, receiver).value();
+            double sum = 0;
+            double expected = 0;
+            for (double hz = octave_hz / std::numbers::sqrt2; hz < end_hz; hz += 0.25) {
+                sum += std::norm(pressure(a, wave_number_of(hz)));
+                expected += std::norm(pressure(b, wave_number_of(hz)));
+            }
+            CAPTURE(octave_hz, receiver.x, receiver.y, receiver.z);
+            CHECK(std::abs(db(sum / expected)) < 0.5);
+        }
+        // Without a step at the edge.
+        const WaveResponse a = all.response(source, receivers[0]).value();
+        const double k = wave_number_of(octave_hz * std::numbers::sqrt2);
+        if (k > all.modes().highest_wave_number) continue;
+        CHECK(std::abs(pressure(a, k * (1 + 1e-6)) - pressure(a, k * (1 - 1e-6))) <
+              1e-3 * std::abs(pressure(a, k)));
     }
 }
 
