@@ -45,34 +45,51 @@ double open_share(const WaveGrid& grid) {
     return open_m2 / std::max(grid.wall_m2(), 1e-9);
 }
 
+/// A room, and a coarse grid of it.
+struct Survey {
+    Survey(const std::shared_ptr<const RayScene>& scene, std::span<const Vec3> places)
+        : reached(room_extent(*scene, places)) {
+        Bounds bounds;
+        bounds.add(reached);
+        const Vec3 extent = bounds.max - bounds.min;
+        mean_m = std::cbrt(extent.x * extent.y * extent.z);
+        if (mean_m > 0) grid.emplace(scene, reached, places, mean_m / kMeasuringCells);
+    }
+
+    RoomFault fault(double most_open) const {
+        if (!grid || grid->cells().cells() == 0) return RoomFault::no_air;
+        return open_share(grid->cells()) > most_open ? RoomFault::open : RoomFault::none;
+    }
+
+    std::vector<Vec3> reached;
+    float mean_m = 0;
+    std::optional<RoomGrid> grid;
+};
+
 }  // namespace
+
+RoomFault RoomWaves::fault(std::shared_ptr<const RayScene> scene, std::span<const Vec3> places,
+                           const WaveLimits& limits) {
+    return Survey(scene, places).fault(limits.most_open);
+}
 
 std::optional<RoomWaves> RoomWaves::find(std::shared_ptr<const RayScene> scene,
                                          std::span<const Vec3> places, double speed_of_sound_m_s,
                                          const WaveLimits& limits, WorkerPool& pool) {
     Stopwatch watch;
-    const std::vector<Vec3> reached = room_extent(*scene, places);
-    Bounds bounds;
-    bounds.add(reached);
-    const Vec3 extent = bounds.max - bounds.min;
-    const float mean_m = std::cbrt(extent.x * extent.y * extent.z);
-    if (!(mean_m > 0)) return {};
-    double wave_number = 0;
-    double schroeder_hz = 0;
-    {
-        const RoomGrid measured(scene, reached, places, mean_m / kMeasuringCells);
-        const WaveGrid& cells = measured.cells();
-        if (cells.cells() == 0 || open_share(cells) > limits.most_open) return {};
-        schroeder_hz = schroeder_of(cells, *scene);
-        const double highest_hz = std::min(limits.highest_hz, limits.schroeder * schroeder_hz);
-        const double smallest_m = double{mean_m} / std::cbrt(limits.most_cells);
-        wave_number =
-            std::min(weyl_wave_number(limits.modes, cells.total_volume_m3(), cells.wall_m2()),
-                     2 * std::numbers::pi * highest_hz / speed_of_sound_m_s);
-        wave_number = std::min(wave_number, wave_number_of_cell(smallest_m * limits.cells));
-    }
+    Survey survey(scene, places);
+    if (survey.fault(limits.most_open) != RoomFault::none) return {};
+    const WaveGrid& measured = survey.grid->cells();
+    const double schroeder_hz = schroeder_of(measured, *scene);
+    const double highest_hz = std::min(limits.highest_hz, limits.schroeder * schroeder_hz);
+    const double smallest_m = double{survey.mean_m} / std::cbrt(limits.most_cells);
+    const double wave_number =
+        std::min({weyl_wave_number(limits.modes, measured.total_volume_m3(), measured.wall_m2()),
+                  2 * std::numbers::pi * highest_hz / speed_of_sound_m_s,
+                  wave_number_of_cell(smallest_m * limits.cells)});
+    survey.grid.reset();
     RoomWaves waves(
-        RoomGrid(scene, reached, places,
+        RoomGrid(scene, survey.reached, places,
                  static_cast<float>(cell_for_wave_number_m(wave_number) / limits.cells)),
         speed_of_sound_m_s);
     const WaveGrid& cells = waves.grid_.cells();

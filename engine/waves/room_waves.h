@@ -25,15 +25,26 @@ struct WaveLimits {
     double most_open = 0.05;  ///< share of openings in the surface, above which there are no modes
 };
 
+/// Why places have no modes.
+enum class RoomFault {
+    none,
+    no_air,  ///< they are in a solid, or in a space without extent
+    open,    ///< more of the surface than WaveLimits::most_open
+};
+
 /// The sound field of a room at low frequencies: its modes, damped by its walls. The room is the
 /// air that is connected with given places, with all objects at their present positions. Immutable.
 class RoomWaves {
  public:
-    /// Empty if too much of the room is open, or if there is no air at the places. The same bytes
-    /// for any number of threads.
+    /// Empty if the room has a fault, or if it is too flat or too large for its grid. The same
+    /// bytes for any number of threads.
     static std::optional<RoomWaves> find(std::shared_ptr<const RayScene> scene,
                                          std::span<const Vec3> places, double speed_of_sound_m_s,
                                          const WaveLimits& limits, WorkerPool& pool);
+
+    /// Of the room of the places, by a coarse grid.
+    static RoomFault fault(std::shared_ptr<const RayScene> scene, std::span<const Vec3> places,
+                           const WaveLimits& limits);
 
     const RoomGrid& grid() const { return grid_; }
     const RoomModes& modes() const { return modes_; }

@@ -160,8 +160,13 @@ class MeasuredWaves {
     /// Gives the modes to the measurement.
     void finish(Measurement& m) const {
         if (!join_) return;
-        if (!join_->why_not().empty()) {
-            m.warnings.push_back(join_->why_not());
+        m.warnings.insert(m.warnings.end(), join_->warnings().begin(), join_->warnings().end());
+        if (std::none_of(pairs_.begin(), pairs_.end(),
+                         [](const auto& p) { return p.has_value(); })) {
+            if (join_->warnings().empty()) {
+                m.warnings.emplace_back(
+                    "waves: none, because no receiver is in the air of a source's room");
+            }
             return;
         }
         auto waves = std::make_shared<JoinedWaves>();

@@ -1,6 +1,7 @@
 #include "apps/session/waves/wave_join.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <glm/geometric.hpp>
@@ -75,6 +76,11 @@ double octave_mask(std::size_t band, double hz) {
     const double centre_hz{kBandCentres_hz[band]};
     return rising(hz, centre_hz / std::numbers::sqrt2, kFlank) *
            falling(hz, centre_hz * std::numbers::sqrt2, kFlank);
+}
+
+/// The beginning of a warning.
+std::string none_of(const Source& source) {
+    return "waves: none of source \"" + source.name + "\", because ";
 }
 
 /// Twice the responses' length, so that the end of a decay does not meet its beginning.
@@ -220,17 +226,50 @@ WaveJoin::WaveJoin(const Scene& scene)
     : speed_of_sound_m_s_(double{scene.medium.speed_of_sound_m_s()}) {
     const Simulation& simulation = scene.simulation;
     if (!simulation.direct || !simulation.specular || simulation.order != 0) {
-        why_not_ = "waves: not with limits of direct sound, specular paths or the order";
+        warnings_.emplace_back(
+            "waves: not with limits of direct sound, specular paths or the order");
         return;
     }
-    std::vector<Vec3> places;
-    for (const Source& source : scene.sources) places.push_back(source.position_at(0));
-    WorkerPool pool(simulation.threads.value_or(default_threads()));
-    const WaveLimits limits{.highest_hz = std::numbers::sqrt2 * double{simulation.waves_hz}};
-    waves_ = RoomWaves::find(std::make_shared<const RayScene>(scene), places, speed_of_sound_m_s_,
-                             limits, pool);
+    std::vector<const Source*> sources;
+    for (const Source& source : scene.sources) {
+        if (source.directivity.is_omnidirectional()) {
+            sources.push_back(&source);
+        } else {
+            warnings_.push_back(none_of(source) + "it has a directivity");
+        }
+    }
+    if (!sources.empty()) find(scene, std::move(sources));
+}
+
+void WaveJoin::find(const Scene& scene, std::vector<const Source*> sources) {
+    const auto rays = std::make_shared<const RayScene>(scene);
+    const WaveLimits limits{.highest_hz = std::numbers::sqrt2 * double{scene.simulation.waves_hz}};
+    WorkerPool pool(scene.simulation.threads.value_or(default_threads()));
+    const auto try_all = [&] {
+        std::vector<Vec3> places;
+        for (const Source* source : sources) places.push_back(source->position_at(0));
+        waves_ = RoomWaves::find(rays, places, speed_of_sound_m_s_, limits, pool);
+    };
+    try_all();
     if (!waves_) {
-        why_not_ = "waves: none, because more than 5 % of the room's surface is open";
+        // Sources without a closed room must not take the modes from the others.
+        const std::size_t removed = std::erase_if(sources, [&](const Source* source) {
+            const std::array<Vec3, 1> place{source->position_at(0)};
+            const RoomFault fault = RoomWaves::fault(rays, place, limits);
+            if (fault == RoomFault::none) return false;
+            warnings_.push_back(none_of(*source) +
+                                (fault == RoomFault::open
+                                     ? "more than 5 % of its room's surface is open"
+                                     : "it is in no room"));
+            return true;
+        });
+        if (sources.empty()) return;
+        if (removed > 0) try_all();
+    }
+    if (!waves_ || waves_->highest_hz() < double{Simulation::kLowestWaves_hz}) {
+        waves_.reset();
+        warnings_.emplace_back(
+            "waves: none, because the room is too flat or too large for the grid of its modes");
         return;
     }
     masks_.crossover_hz = kUsedShare * waves_->highest_hz() / std::numbers::sqrt2;

@@ -76,11 +76,11 @@ void cut_subsonic(double sample_rate_hz, std::vector<float>& signal);
 /// The modes of a scene's room for a measurement.
 class WaveJoin {
  public:
-    /// Of the rooms of the sources, with Simulation::waves_hz above 0. Without modes why_not() says
-    /// why.
+    /// Of the rooms of the sources, with Simulation::waves_hz above 0.
     explicit WaveJoin(const Scene& scene);
 
-    const std::string& why_not() const { return why_not_; }
+    /// Which sources have no modes, and why.
+    const std::vector<std::string>& warnings() const { return warnings_; }
     const WaveMasks& masks() const { return masks_; }
 
     /// The field of a pair whose rays have a response; empty without modes, or if one of both is
@@ -89,10 +89,12 @@ class WaveJoin {
                                   const EnergyResponse& rays) const;
 
  private:
+    void find(const Scene& scene, std::vector<const Source*> sources);
+
     std::optional<RoomWaves> waves_;
     WaveMasks masks_;
     double speed_of_sound_m_s_;
-    std::string why_not_;
+    std::vector<std::string> warnings_;
 };
 
 /// What a measurement with modes keeps for impulse responses.

@@ -1,9 +1,11 @@
 #include "apps/session/waves/wave_join.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "apps/session/edit/scene_state.h"
@@ -151,6 +153,58 @@ TEST_CASE("wave_join: without waves a measurement is that of rays, and so is an 
     CHECK(measured->waves == nullptr);
     REQUIRE(measured->warnings.size() == 1);
     CHECK(measured->warnings[0].find("open") != std::string::npos);
+}
+
+TEST_CASE("wave_join: sources without modes are named, and leave the others theirs") {
+    MeasurementOptions options;
+    options.frames = 4;
+    Scene scene = living_room(Simulation::kHighestWaves_hz);
+    scene.sources[0].name = "inside";
+    SECTION("directed") {
+        scene.sources[0].directivity = Directivity::find("talker").value();
+        const auto measured = measure(scene, options);
+        REQUIRE(measured);
+        CHECK(measured->waves_below_hz == 0);
+        CHECK(measured->waves == nullptr);
+        REQUIRE(measured->warnings.size() == 1);
+        CHECK(measured->warnings[0] ==
+              "waves: none of source \"inside\", because it has a directivity");
+    }
+    SECTION("outside the room") {
+        const auto alone = measure(scene, options);
+        scene.sources.push_back(scene.sources[0]);
+        scene.sources[1].name = "outside";
+        scene.sources[1].position = {-3, 1, 1};
+        const auto measured = measure(scene, options);
+        REQUIRE(alone);
+        REQUIRE(measured);
+        CHECK(measured->waves_below_hz == alone->waves_below_hz);
+        REQUIRE(measured->waves);
+        CHECK(measured->waves->pairs[0]);
+        CHECK_FALSE(measured->waves->pairs[1]);
+        CHECK(std::count_if(measured->warnings.begin(), measured->warnings.end(),
+                            [](const std::string& w) {
+                                return w.starts_with("waves: none of source \"outside\"");
+                            }) == 1);
+        CHECK(squared_pressure(measured->response(0, 0).total(0)) ==
+              Approx(squared_pressure(alone->response(0, 0).total(0))).epsilon(0.02));
+    }
+    SECTION("a receiver outside the room") {
+        scene.listener.pose.position = {-3, 1, 1};
+        const auto measured = measure(scene, options);
+        REQUIRE(measured);
+        CHECK(measured->waves_below_hz == 0);
+        CHECK(std::count(measured->warnings.begin(), measured->warnings.end(),
+                         "waves: none, because no receiver is in the air of a source's room") == 1);
+    }
+    SECTION("flat or large rooms") {
+        const Vec3 size = GENERATE(Vec3(60, 60, 0.05F), Vec3(2000, 2000, 900));
+        scene.objects[0] = test::box(size);
+        scene.sources[0].position = size * 0.3F;
+        const WaveJoin join(scene);
+        REQUIRE(join.warnings().size() == 1);
+        CHECK(join.warnings()[0].find("too flat or too large") != std::string::npos);
+    }
 }
 
 TEST_CASE("wave_join: a receiver at the source is as loud as one at the nearest distance") {
