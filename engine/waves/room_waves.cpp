@@ -68,12 +68,12 @@ struct Survey {
 
 }  // namespace
 
-RoomFault RoomWaves::fault(std::shared_ptr<const RayScene> scene, std::span<const Vec3> places,
-                           const WaveLimits& limits) {
+RoomFault RoomWaves::fault(const std::shared_ptr<const RayScene>& scene,
+                           std::span<const Vec3> places, const WaveLimits& limits) {
     return Survey(scene, places).fault(limits.most_open);
 }
 
-std::optional<RoomWaves> RoomWaves::find(std::shared_ptr<const RayScene> scene,
+std::optional<RoomWaves> RoomWaves::find(const std::shared_ptr<const RayScene>& scene,
                                          std::span<const Vec3> places, double speed_of_sound_m_s,
                                          const WaveLimits& limits, WorkerPool& pool) {
     Stopwatch watch;

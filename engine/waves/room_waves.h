@@ -38,13 +38,13 @@ class RoomWaves {
  public:
     /// Empty if the room has a fault, or if it is too flat or too large for its grid. The same
     /// bytes for any number of threads.
-    static std::optional<RoomWaves> find(std::shared_ptr<const RayScene> scene,
+    static std::optional<RoomWaves> find(const std::shared_ptr<const RayScene>& scene,
                                          std::span<const Vec3> places, double speed_of_sound_m_s,
                                          const WaveLimits& limits, WorkerPool& pool);
 
     /// Of the room of the places, by a coarse grid.
-    static RoomFault fault(std::shared_ptr<const RayScene> scene, std::span<const Vec3> places,
-                           const WaveLimits& limits);
+    static RoomFault fault(const std::shared_ptr<const RayScene>& scene,
+                           std::span<const Vec3> places, const WaveLimits& limits);
 
     const RoomGrid& grid() const { return grid_; }
     const RoomModes& modes() const { return modes_; }

@@ -247,6 +247,7 @@ void WaveJoin::find(const Scene& scene, std::vector<const Source*> sources) {
     WorkerPool pool(scene.simulation.threads.value_or(default_threads()));
     const auto try_all = [&] {
         std::vector<Vec3> places;
+        places.reserve(sources.size());
         for (const Source* source : sources) places.push_back(source->position_at(0));
         waves_ = RoomWaves::find(rays, places, speed_of_sound_m_s_, limits, pool);
     };
