@@ -56,7 +56,7 @@ TEST_CASE("receivers within a doubling of the distance have no slope") {
 TEST_CASE("receivers on raked seats are no line") {
     auto receivers = line({2, 4, 7, 11});
     for (SpeechAtReceiver& receiver : receivers)
-        receiver.from_talker_m.z = 0.1F * receiver.from_talker_m.x;
+        receiver.from_talker_m.z = 0.2F * receiver.from_talker_m.x;
     CHECK_FALSE(open_plan_parameters(receivers));
     for (SpeechAtReceiver& receiver : receivers) receiver.from_talker_m.z = -0.4F;
     CHECK(open_plan_parameters(receivers));
