@@ -171,10 +171,9 @@ TEST_CASE("A line of receivers from 2 to 16 m has the numbers of ISO 3382-3") {
     std::vector<std::string> around{"--frames", "1"};
     for (const char* const place : {"a=6.432,0,0", "b=0.432,0,0", "c=3.432,3,0", "d=3.432,0,3"})
         around.insert(around.end(), {"--receiver", place});
-    CHECK(
-        report(scene, folder.path() / "out.html", around)
-            .find("at least 4 receivers in one direction from a talker, within ±15°, at distances "
-                  "of 2 to 16 m") != std::string::npos);
+    CHECK(report(scene, folder.path() / "out.html", around)
+              .find("at least 4 receivers in one direction from a talker, within ±15°, on one "
+                    "floor (±0.5 m), at distances of 2 to 16 m") != std::string::npos);
     // A loudspeaker is no talker, and a directed talker is not what the standard asks for.
     const auto with_directivity = [&](const std::string& name) {
         const std::string directed = folder.write(
