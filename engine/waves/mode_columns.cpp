@@ -11,7 +11,8 @@ namespace aula {
 
 namespace {
 
-/// The 16 columns of a block in one cell; aligned as a float.
+/// The 16 columns of a block in one cell; aligned as a float, which a pointer declared by `auto` is
+/// not.
 using Lanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 
 /// Cells whose products are added in single precision, before they are added in double precision.
@@ -23,8 +24,8 @@ constexpr std::size_t kTile = 8;
 /// y = a (A - c) x + b y
 AULA_MULTIVERSION
 void add_applied(const WaveOperator& op, const float* x, float* y, float a, float c, float b) {
-    const auto* from = reinterpret_cast<const Lanes*>(x);
-    auto* to = reinterpret_cast<Lanes*>(y);
+    const Lanes* from = reinterpret_cast<const Lanes*>(x);
+    Lanes* to = reinterpret_cast<Lanes*>(y);
     for (std::size_t i = 0; i < op.cells(); ++i) {
         Lanes sum = from[i] * (op.diagonal[i] - c);
         for (std::uint32_t k = op.first[i]; k < op.first[i + 1]; ++k) {
@@ -37,22 +38,22 @@ void add_applied(const WaveOperator& op, const float* x, float* y, float a, floa
 /// sums[k][l] += x[i][k] y[i][l] over cells i, for k < kTile.
 AULA_MULTIVERSION
 void add_products(const float* x, const float* y, std::size_t cells, float* sums) {
-    const auto* right = reinterpret_cast<const Lanes*>(y);
+    const Lanes* right = reinterpret_cast<const Lanes*>(y);
     Lanes sum[kTile] = {};
     for (std::size_t i = 0; i < cells; ++i) {
         for (std::size_t k = 0; k < kTile; ++k) {
             sum[k] += right[i] * x[i * ModeColumns::kBlock + k];
         }
     }
-    auto* to = reinterpret_cast<Lanes*>(sums);
+    Lanes* to = reinterpret_cast<Lanes*>(sums);
     for (std::size_t k = 0; k < kTile; ++k) to[k] = sum[k];
 }
 
 /// y[i] += sum over k < 16 of x[i][k] rows[k], for cells in groups of kTile.
 AULA_MULTIVERSION
 void add_combined(const float* x, const float* rows, std::size_t cells, float* y) {
-    const auto* row = reinterpret_cast<const Lanes*>(rows);
-    auto* to = reinterpret_cast<Lanes*>(y);
+    const Lanes* row = reinterpret_cast<const Lanes*>(rows);
+    Lanes* to = reinterpret_cast<Lanes*>(y);
     std::size_t i = 0;
     for (; i + kTile <= cells; i += kTile) {
         Lanes sum[kTile];
