@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "process/multiversion.h"
@@ -11,8 +12,7 @@ namespace aula {
 
 namespace {
 
-/// The 16 columns of a block in one cell; aligned as a float, which a pointer declared by `auto` is
-/// not.
+/// The 16 columns of a block in one cell; aligned as a float.
 using Lanes = float __attribute__((vector_size(64), aligned(4), may_alias));
 
 /// Cells whose products are added in single precision, before they are added in double precision.
@@ -45,8 +45,7 @@ void add_products(const float* x, const float* y, std::size_t cells, float* sums
             sum[k] += right[i] * x[i * ModeColumns::kBlock + k];
         }
     }
-    Lanes* to = reinterpret_cast<Lanes*>(sums);
-    for (std::size_t k = 0; k < kTile; ++k) to[k] = sum[k];
+    std::memcpy(sums, sum, sizeof sum);
 }
 
 /// y[i] += sum over k < 16 of x[i][k] rows[k], for cells in groups of kTile.
