@@ -52,25 +52,17 @@ struct RoomGrid::Builder {
     Builder(RoomGrid& built, const RayScene& rays)
         : room(built), scene(rays), points(built.points_) {}
 
-    Vec3 cell_size(std::uint32_t cell) const {
+    /// The corner of a cell on the low (0) or high (1) planes.
+    Vec3 corner(std::uint32_t cell, std::size_t side) const {
         const Index i = points.cell_index(cell);
         Vec3 result;
-        for (int a = 0; a < 3; ++a) {
-            const auto& planes = room.lines_.planes(a);
-            const std::size_t k = i[static_cast<std::size_t>(a)];
-            result[a] = planes[k + 1] - planes[k];
-        }
+        for (int a = 0; a < 3; ++a)
+            result[a] = room.lines_.planes(a)[i[static_cast<std::size_t>(a)] + side];
         return result;
     }
+    Vec3 cell_size(std::uint32_t cell) const { return corner(cell, 1) - corner(cell, 0); }
     Vec3 cell_centre(std::uint32_t cell) const {
-        const Index i = points.cell_index(cell);
-        Vec3 result;
-        for (int a = 0; a < 3; ++a) {
-            const auto& planes = room.lines_.planes(a);
-            const std::size_t k = i[static_cast<std::size_t>(a)];
-            result[a] = (planes[k + 1] + planes[k]) / 2;
-        }
-        return result;
+        return (corner(cell, 1) + corner(cell, 0)) / 2.0F;
     }
     void find_faces();
     void reach(std::span<const Vec3> places);

@@ -154,8 +154,7 @@ std::string open_plan_section(const RoomReport& report) {
         return formatted(
             "<p>No values of ISO 3382-3 (open-plan offices): they need at least %zu receivers in "
             "one direction from a talker, within ±%g°, on one floor (±%g m), at distances of %g to "
-            "%g m, the farthest at "
-            "least twice as far as the nearest.</p>\n",
+            "%g m, the farthest at least twice as far as the nearest.</p>\n",
             kOpenPlanReceivers, kOpenPlanAngle_deg, kOpenPlanLevel_m, kOpenPlanFrom_m,
             kOpenPlanTo_m);
     std::string html =

@@ -347,8 +347,7 @@ std::string third_octaves(const PairParameters& parameters) {
     }
     return "<table>\n" + head_row(header) + rows +
            "</table>\n<p>Third octaves: the absorption of surfaces is interpolated between "
-           "octaves, "
-           "that of air is exact.</p>\n";
+           "octaves, that of air is exact.</p>\n";
 }
 
 /// The octaves of a pair with its curves.
