@@ -85,6 +85,16 @@ if(TARGET aula_plugin)
 "LV2 plugins: reverberation of a room from its geometry and materials, with a
  moving source and a moving listener.")
 endif()
+if(TARGET aula_clap)
+    aula_package(clap aula-clap sound "${embedded_depends}"
+"CLAP plugins: reverberation of a room from its geometry and materials, with a
+ moving source and a moving listener.")
+endif()
+if(TARGET aula_vst3)
+    aula_package(vst3 aula-vst3 sound "${embedded_depends}"
+"VST3 plugins: reverberation of a room from its geometry and materials, with a
+ moving source and a moving listener.")
+endif()
 # The module is for the interpreter of the distribution, of one minor version.
 if(TARGET aula_python AND Python_EXECUTABLE STREQUAL "/usr/bin/python3")
     execute_process(COMMAND "${Python_EXECUTABLE}" -c

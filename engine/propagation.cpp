@@ -1,6 +1,7 @@
 #include "aula/engine/propagation.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <glm/geometric.hpp>
 #include <numbers>
@@ -36,6 +37,17 @@ Scene with_opaque_walls(Scene scene) {
     return scene;
 }
 
+/// A hash of objects where they are without a movement.
+std::uint64_t hash_of(const std::vector<Object>& objects) {
+    std::uint64_t hash = 0;
+    for (const Object& object : objects)
+        for (const Vec3& v : object.vertices)
+            for (int axis = 0; axis < 3; ++axis)
+                hash = derive_seed(
+                    hash, std::bit_cast<std::uint32_t>(v[axis] + object.translation[axis]));
+    return hash;
+}
+
 /// The pairs of all sources with some listeners, [source * listeners + listener].
 struct PairSet {
     std::vector<SpecularSound> images;
@@ -59,6 +71,7 @@ struct Propagation::State {
     WorkerPool workers;
     std::vector<Vec3> inside;
     TimeBins bins;
+    std::uint64_t room;  // hash of the geometry
     SpecularPaths specular;
     std::optional<DirectSound> direct_sound;  // where the scene has edges that diffract it
     std::unique_ptr<ResponseEstimator> estimator;
@@ -85,6 +98,7 @@ struct Propagation::State {
           workers(settings.threads.value_or(default_threads())),
           inside(nudge_off_surfaces(rays, scene_positions(scene))),
           bins(response_length_s(receivers)),
+          room(hash_of(scene.objects)),
           specular(rays, image_source_order(), settings.listener_radius_m,
                    derive_seed(settings.seed, SeedPurpose::specular)),
           seed(settings.seed),
@@ -156,6 +170,14 @@ struct Propagation::State {
     }
 
     EnergyResponse silent() const { return EnergyResponse::silent(bins, speed_of_sound_m_s); }
+
+    /// Sets what the responses of all sources at some listeners say of their place.
+    void set_places(std::span<const Vec3> listeners, std::vector<EnergyResponse>& responses) const {
+        for (std::size_t pair = 0; pair < responses.size(); ++pair) {
+            responses[pair].listener = listeners[pair % listeners.size()];
+            responses[pair].room = room;
+        }
+    }
 
     void clear_responses() { pairs = PairSet(source_count * listener_count, silent()); }
 
@@ -403,6 +425,7 @@ void Propagation::step(const FrameInput& given) {
     // The paths that image sources count are selected before the rays' paths are evaluated.
     s.find_paths(input, s.frame, s.pairs);
     s.estimator->step(s.frame_of(input, s.frame), s.pairs.images, s.pairs.responses, s.statistics);
+    s.set_places(given.listeners, s.pairs.responses);
     ++s.frame;
 }
 
@@ -420,6 +443,7 @@ std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
     of_step.image_candidates = s.statistics.image_candidates;
     s.statistics = of_step;
     s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
+    s.set_places(receivers, set.responses);
     return std::move(set.responses);
 }
 

@@ -7,6 +7,7 @@
 #include "apps/aula/room_positions.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"
+#include "apps/session/waves/wave_join.h"
 #include "aula/engine/propagation.h"
 #include "engine/estimate/patch_propagation.h"
 #include "engine/patches/patch_grid.h"
@@ -78,6 +79,23 @@ DirectPaths direct_paths(const Scene& scene) {
     return {propagation.statistics(), propagation.response_length_s()};
 }
 
+/// How low frequencies are computed.
+void print_modes(const Scene& scene) {
+    if (scene.simulation.waves_hz == 0) {
+        std::printf("%-16soff: rays at all frequencies\n", "modes");
+        return;
+    }
+    const WaveJoin waves(scene);
+    for (const RoomWaves& room : waves.rooms())
+        std::printf("%-16sbelow %.0f Hz, rays above%s\n", "modes",
+                    WaveJoin::masks(room).crossover_hz,
+                    waves.rooms().size() > 1
+                        ? formatted("; in the room of %.0f m3", room.volume_m3()).c_str()
+                        : "");
+    for (const std::string& line : waves.warnings())
+        std::printf("%s\n", printable_line(line).c_str());
+}
+
 }  // namespace
 
 int show_info(const Arguments& arguments) {
@@ -142,7 +160,11 @@ int show_info(const Arguments& arguments) {
         std::printf("%-24s%10.1f m2  %4.1f %%\n", printable_line(scene.materials[m].name).c_str(),
                     room.area_m2[m], 100 * room.area_m2[m] / room.surface_m2);
     }
-    if (!room.volume_m3) return 0;
+    if (!room.volume_m3) {
+        std::printf("\n");
+        print_modes(scene);
+        return 0;
+    }
     std::printf("\n%-16s%.2f m\n", "mean free path", room.field.mean_free_path_m);
     print_band_names();
     print_row("absorption", room.field.mean_absorption, 2);
@@ -153,6 +175,7 @@ int show_info(const Arguments& arguments) {
     if (std::isfinite(middle_s))
         std::printf("%-16s%.0f Hz by Eyring's time; single modes are heard below\n", "Schroeder",
                     schroeder_frequency_hz(middle_s, *room.volume_m3));
+    print_modes(scene);
     return 0;
 }
 

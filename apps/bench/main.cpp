@@ -216,9 +216,10 @@ constexpr std::array kSceneCommands{
         "echo density, statistics and decay of the reverberation, and its change over places",
         &Bench::heard},
     SceneCommand{"sweep", "noise, bias and cost over ranges of tau and of lambda", &Bench::sweep},
-    SceneCommand{"waves",
-                 "the modes of a room: their number and cost, and the difference from a finer grid",
-                 &Bench::waves},
+    SceneCommand{
+        "waves",
+        "the modes of a room: their number and cost, and their level over rays and a finer grid",
+        &Bench::waves},
     SceneCommand{"trace", "segments per second of whole frames, and of Embree alone",
                  &Bench::trace},
 };

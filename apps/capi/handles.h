@@ -12,6 +12,16 @@ struct aula_scene {
     aula::Scene scene;
 };
 
+namespace aula {
+
+/// Throws InputError if the pointer is null.
+Pose pose_of(const aula_pose* pose);
+
+/// The directivity of a name, null: "omni". Throws InputError if there is none.
+Directivity directivity_of(const char* name);
+
+}  // namespace aula
+
 /// The room of a handle.
 struct aula_room {
     aula_room(const aula::Scene& scene, aula::AuralizerOptions options);

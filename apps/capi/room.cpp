@@ -107,14 +107,6 @@ void set_simulation(const aula_options& given, Simulation& simulation) {
     if (given.threads != 0) simulation.threads = given.threads;
 }
 
-Pose pose_of(const aula_pose* pose) {
-    const aula_pose& given = not_null(pose, "pose");
-    return {.position = {given.position[0], given.position[1], given.position[2]},
-            .yaw_rad = given.yaw_rad,
-            .pitch_rad = given.pitch_rad,
-            .roll_rad = given.roll_rad};
-}
-
 /// The auralizer of a room whose propagation has not failed; else throws its error.
 template <typename Room>
 auto& running(Room* room) {
@@ -196,15 +188,12 @@ int aula_room_add_source(aula_room* room, const aula_pose* pose, const char* dir
         aula::not_null(source, "source") = 0;
         aula::Auralizer& auralizer = aula::running(room);
         const aula::Pose given = aula::pose_of(pose);
-        const std::string name = directivity != nullptr ? directivity : "omni";
-        const auto found = aula::Directivity::find(name);
-        if (!found) throw aula::InputError("there is no directivity \"" + name + "\"");
         *source = auralizer
                       .add_source({.position = given.position,
                                    .yaw_rad = given.yaw_rad,
                                    .pitch_rad = given.pitch_rad,
                                    .roll_rad = given.roll_rad,
-                                   .directivity = *found},
+                                   .directivity = aula::directivity_of(directivity)},
                                   at)
                       .number;
     });

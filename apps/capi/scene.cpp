@@ -79,6 +79,21 @@ Bands read_bands(const float* values) {
 
 }  // namespace
 
+Pose pose_of(const aula_pose* pose) {
+    const aula_pose& given = not_null(pose, "pose");
+    return {.position = {given.position[0], given.position[1], given.position[2]},
+            .yaw_rad = given.yaw_rad,
+            .pitch_rad = given.pitch_rad,
+            .roll_rad = given.roll_rad};
+}
+
+Directivity directivity_of(const char* name) {
+    const std::string wanted = name != nullptr ? name : "omni";
+    const auto found = Directivity::find(wanted);
+    if (!found) throw InputError("there is no directivity \"" + wanted + '"');
+    return *found;
+}
+
 }  // namespace aula
 
 static_assert(AULA_BANDS == aula::kBandCount);
@@ -160,5 +175,39 @@ int aula_scene_find_source(const aula_scene* scene, const char* name, aula_sourc
         aula::not_null(source, "source") = 0;
         const auto& sources = aula::not_null(scene, "scene").scene.sources;
         *source = 1 + aula::index_of(sources, &aula::not_null(name, "name"), "source");
+    });
+}
+
+const char* aula_scene_source_name(const aula_scene* scene, aula_source source) {
+    if (scene == nullptr || source < 1 || source > scene->scene.sources.size()) return nullptr;
+    return scene->scene.sources[source - 1].name.c_str();
+}
+
+int aula_scene_add_source(aula_scene* scene, const char* name, const aula_pose* pose,
+                          const char* directivity, float gain_db, aula_source* source) {
+    return aula::result_of([&] {
+        aula::not_null(source, "source") = 0;
+        auto& sources = aula::not_null(scene, "scene").scene.sources;
+        aula::Source added;
+        added.name = &aula::not_null(name, "name");
+        if (added.name.empty()) throw aula::InputError("the name of a source is empty");
+        aula::check_new(sources, added.name, "a source");
+        const aula::Pose place = aula::pose_of(pose);
+        aula::check_pose(place);
+        aula::check_gain(gain_db);
+        added.set_pose(place);
+        added.directivity = aula::directivity_of(directivity);
+        added.gain_db = gain_db;
+        sources.push_back(std::move(added));
+        *source = sources.size();
+    });
+}
+
+int aula_scene_set_listener(aula_scene* scene, const aula_pose* pose) {
+    return aula::result_of([&] {
+        aula::Listener& listener = aula::not_null(scene, "scene").scene.listener;
+        const aula::Pose place = aula::pose_of(pose);
+        aula::check_pose(place);
+        listener = {.pose = place, .path = {}};
     });
 }

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "apps/plugin/ports.h"
+#include "apps/plugin/controls.h"
 #include "aula/audio/realtime.h"
 
 namespace aula::plugin {
@@ -15,7 +15,7 @@ namespace aula::plugin {
 class ControlSnapshot {
  public:
     ControlSnapshot() {
-        for (std::size_t i = 0; i < kControls; ++i) values_[i] = control_ports()[i].initial;
+        for (std::size_t i = 0; i < kControls; ++i) values_[i] = control_infos()[i].initial;
     }
 
     /// [audio thread]

@@ -13,6 +13,7 @@
 #include "apps/plugin/shared_room.h"
 #include "apps/session/auralizer/room_renderer.h"
 #include "apps/session/frames/source_trajectory.h"
+#include "apps/session/waves/wave_synthesis.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
@@ -26,11 +27,12 @@ class GroupVoice final : public PluginRoom {
     /// instance has to leave for another room; `report` like that of OwnRoom. Waits until a frame
     /// is heard. Throws InputError.
     GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
-               const PluginOutput& output, std::shared_ptr<const ControlSnapshot> controls,
+               const PluginPorts& ports, std::shared_ptr<const ControlSnapshot> controls,
                std::function<void()> leave, ReportRays report);
     ~GroupVoice() override;
 
-    void render(const float* input, std::span<float* const> outputs, int samples) override;
+    void render(std::span<const float* const> inputs, std::span<float* const> outputs,
+                int samples) override;
     std::int64_t tail_samples() const override { return tail_samples_.load(); }
 
     // [propagation thread]
@@ -38,11 +40,17 @@ class GroupVoice final : public PluginRoom {
     void read_controls();
     /// The same for a frame at a time of the room, in s.
     void begin_frame(double time_s);
-    Pose source() const { return places_.source_pose(values_); }
+    std::size_t sources() const { return places_.sources(); }
+    Pose source(std::size_t index) const { return places_.source_pose(values_, index); }
     Vec3 listener() const { return places_.listener_pose(values_).position; }
     int rays() const { return places_.rays(values_); }
-    /// Prepares a frame, which publish() hands to the renderer.
-    void prepare(const EnergyResponse& energy);
+    /// What reaches the listener from a source.
+    struct Arriving {
+        const EnergyResponse* energy = nullptr;
+        std::optional<PairWaves> modes;  ///< of the room, or none
+    };
+    /// Prepares a frame from that of each source, which publish() hands to the renderer.
+    void prepare(std::span<const Arriving> arriving);
     void publish();
     bool is_heard() const { return heard_; }
     void leave();
@@ -60,7 +68,7 @@ class GroupVoice final : public PluginRoom {
                std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave,
                ReportRays report);
     static Dimensions dimensions(const SharedRoom& room, const std::filesystem::path& hrtf,
-                                 const PluginOutput& output);
+                                 const PluginPorts& ports);
 
     const std::shared_ptr<SharedRoom> room_;
     const SceneControls places_;
@@ -72,8 +80,9 @@ class GroupVoice final : public PluginRoom {
 
     // Used by the propagation thread.
     ControlValues values_;
-    SourceTrajectory trajectory_;
-    ImpulseResponseBuilder responses_;
+    std::vector<SourceTrajectory> trajectories_;     ///< [source]
+    std::vector<ImpulseResponseBuilder> responses_;  ///< [source]
+    WaveSynthesis synthesis_;
     RenderFrameBuilder frames_;
     std::unique_ptr<RenderFrame> prepared_;
     double longest_delay_s_ = 0;

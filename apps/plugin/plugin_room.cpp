@@ -15,8 +15,8 @@ namespace aula::plugin {
 
 namespace {
 
-/// The source of the scene.
-constexpr SourceId kSource{1};
+/// Distance of the two sources of a stereo input, m: a choice, that of near loudspeakers.
+constexpr float kStereoWidth_m = 1;
 
 float radians(float degrees) { return degrees * std::numbers::pi_v<float> / 180; }
 
@@ -24,7 +24,7 @@ float radians(float degrees) { return degrees * std::numbers::pi_v<float> / 180;
 bool are_initial(const ControlValues& values, Control first, std::size_t count) {
     const auto begin = static_cast<std::size_t>(first);
     for (std::size_t i = begin; i < begin + count; ++i)
-        if (values[i] != control_ports()[i].initial) return false;
+        if (values[i] != control_infos()[i].initial) return false;
     return true;
 }
 
@@ -43,20 +43,29 @@ Vec3 position(const ControlValues& values, Control first) {
 /// Rays of a quality per ray of the scene.
 float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1); }
 
-AuralizerOptions auralizer_options(const std::filesystem::path& hrtf, const PluginOutput& output,
+AuralizerOptions auralizer_options(const std::filesystem::path& hrtf, const PluginPorts& ports,
                                    RenderClock clock) {
     return {.clock = clock,
-            .sample_rate_hz = output.sample_rate_hz,
-            .block = output.block,
+            .sample_rate_hz = ports.sample_rate_hz,
+            .block = ports.block,
             .sample_by_sample = true,
-            .output = output.format,
+            .output = ports.format,
             .hrtf = hrtf,
-            .max_sources = 1};
+            .max_sources = ports.sources};
 }
 
-/// The scene of an instance. Its control sets the rays, on the exact clock, too.
-Scene instance_scene(Scene scene) {
+/// The scene of an instance, with a source for each input. Its control sets the rays, on the exact
+/// clock, too.
+Scene instance_scene(Scene scene, std::size_t sources) {
     scene.simulation.rays = scene.simulation.ray_count();
+    const SceneControls controls(scene, sources);
+    for (std::size_t s = 0; s < sources; ++s) {
+        if (s > 0) {
+            scene.sources.push_back(scene.sources[0]);
+            scene.sources[s].name += " " + std::to_string(s + 1);
+        }
+        scene.sources[s].set_pose(controls.source_pose(initial_values(), s));
+    }
     return scene;
 }
 
@@ -68,11 +77,11 @@ Scene live_scene(Scene scene, GrowingLength& length) {
 }
 
 /// Follows the controls, and measures the frames.
-AuralizerOptions live_options(const Scene& scene, AuralizerOptions options,
+AuralizerOptions live_options(const Scene& scene, std::size_t sources, AuralizerOptions options,
                               std::shared_ptr<const ControlSnapshot> controls,
                               const ReportRays& report, GrowingLength& length,
                               std::function<void()> replace) {
-    options.before_frame = [follower = ControlFollower(scene), load = RayLoad(report),
+    options.before_frame = [follower = ControlFollower(scene, sources), load = RayLoad(report),
                             controls = std::move(controls), &length, replace = std::move(replace)](
                                Auralizer& auralizer, double /*time_s*/) mutable {
         const ControlValues values = controls->read();
@@ -101,20 +110,27 @@ Scene plugin_scene(const RoomFiles& files) {
 
 ControlValues initial_values() {
     ControlValues values;
-    for (std::size_t i = 0; i < kControls; ++i) values[i] = control_ports()[i].initial;
+    for (std::size_t i = 0; i < kControls; ++i) values[i] = control_infos()[i].initial;
     return values;
 }
 
-SceneControls::SceneControls(const Scene& scene)
-    : scene_source_(scene.sources[0].pose_at(0)),
+SceneControls::SceneControls(const Scene& scene, std::size_t sources)
+    : sources_(sources),
+      scene_source_(scene.sources[0].pose_at(0)),
       scene_listener_(scene.listener.pose),
       scene_gain_db_(scene.sources[0].gain_db),
       scene_rays_(scene.simulation.ray_count()) {}
 
-Pose SceneControls::source_pose(const ControlValues& values) const {
+Pose SceneControls::source_pose(const ControlValues& values, std::size_t source) const {
     Pose pose = scene_source_;
     if (!are_initial(values, Control::source_x, 3))
         pose.position = position(values, Control::source_x);
+    const float yaw = radians(value_of(values, Control::source_yaw));
+    pose.yaw_rad += yaw;
+    if (sources_ == 2) {
+        const float left_m = source == 0 ? kStereoWidth_m / 2 : -kStereoWidth_m / 2;
+        pose.position += left_m * Vec3(-std::sin(yaw), std::cos(yaw), 0);
+    }
     return pose;
 }
 
@@ -147,34 +163,40 @@ PartGains SceneControls::part_gains(const ControlValues& values) {
             .late = gain(Control::late)};
 }
 
-ControlFollower::ControlFollower(const Scene& scene)
-    : controls_(scene), applied_(initial_values()) {}
+ControlFollower::ControlFollower(const Scene& scene, std::size_t sources)
+    : controls_(scene, sources), applied_(initial_values()) {}
 
 void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) {
     const auto differ = [&](Control first, std::size_t count) {
         return !are_equal(values, applied_, first, count);
     };
-    if (differ(Control::source_x, 3)) auralizer.set_source(kSource, controls_.source_pose(values));
+    const bool sources_move = differ(Control::source_x, 3) || differ(Control::source_yaw, 1);
+    for (std::size_t s = 0; s < controls_.sources(); ++s) {
+        const SourceId id = source_id(s);
+        if (sources_move) auralizer.set_source(id, controls_.source_pose(values, s));
+        if (differ(Control::gain_db, 1)) auralizer.set_gain(id, controls_.gain_db(values));
+    }
     if (differ(Control::listener_x, 6)) auralizer.set_listener(controls_.listener_pose(values));
-    if (differ(Control::gain_db, 1)) auralizer.set_gain(kSource, controls_.gain_db(values));
     if (differ(Control::direct, 3)) auralizer.set_part_gains(controls_.part_gains(values));
     if (differ(Control::quality, 1)) auralizer.set_rays(controls_.rays(values));
     applied_ = values;
 }
 
-OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output)
-    : follower_(scene),
-      auralizer_(instance_scene(scene), auralizer_options(hrtf, output, RenderClock::exact)) {}
+OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports)
+    : follower_(scene, ports.sources),
+      auralizer_(instance_scene(scene, ports.sources),
+                 auralizer_options(hrtf, ports, RenderClock::exact)) {}
 
-OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
+OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports,
                  std::shared_ptr<const ControlSnapshot> controls, const ReportRays& report,
                  std::shared_ptr<GrowingLength> length, std::function<void()> replace)
     : length_(std::move(length)),
       heard_(length_->hear()),
-      follower_(scene),
-      auralizer_(live_scene(instance_scene(scene), *length_),
-                 live_options(scene, auralizer_options(hrtf, output, RenderClock::real_time),
-                              std::move(controls), report, *length_, std::move(replace))) {}
+      follower_(scene, ports.sources),
+      auralizer_(
+          live_scene(instance_scene(scene, ports.sources), *length_),
+          live_options(scene, ports.sources, auralizer_options(hrtf, ports, RenderClock::real_time),
+                       std::move(controls), report, *length_, std::move(replace))) {}
 
 void OwnRoom::wait_for_frame() const {
     using namespace std::chrono_literals;
@@ -183,9 +205,11 @@ void OwnRoom::wait_for_frame() const {
         std::this_thread::sleep_for(1ms);
 }
 
-void OwnRoom::render(const float* input, std::span<float* const> outputs, int samples) {
-    const std::array<SourceSignal, 1> signals{SourceSignal{kSource, input}};
-    auralizer_.render(signals, outputs, samples);
+void OwnRoom::render(std::span<const float* const> inputs, std::span<float* const> outputs,
+                     int samples) {
+    std::array<SourceSignal, kMostSources> signals;
+    for (std::size_t s = 0; s < inputs.size(); ++s) signals[s] = {source_id(s), inputs[s]};
+    auralizer_.render(std::span(signals).first(inputs.size()), outputs, samples);
 }
 
 }  // namespace aula::plugin

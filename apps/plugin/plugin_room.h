@@ -10,40 +10,40 @@
 #include <vector>
 
 #include "apps/plugin/control_snapshot.h"
-#include "apps/plugin/ports.h"
+#include "apps/plugin/controls.h"
 #include "apps/session/frames/ray_load.h"
 #include "apps/session/live/growing_length.h"
 #include "aula/auralizer.h"
 
 namespace aula::plugin {
 
-/// A property of a state that this version of the plugin does not know.
-struct UnknownProperty {
-    std::string uri;
-    std::uint32_t type = 0;  ///< as the host maps it
-    std::uint32_t flags = 0;
-    std::vector<char> value;
-};
-
-/// What the state of a plugin holds beside its ports.
+/// What the state of a plugin holds beside its controls.
 struct RoomFiles {
     std::filesystem::path scene{};        ///< empty: the default room
     std::filesystem::path hrtf{};         ///< empty: MIT KEMAR
     std::optional<std::uint64_t> seed{};  ///< in place of the scene's
-    std::vector<UnknownProperty> unknown{};
 };
 
 /// The scene of files, with the first of its sources only, without paths; the default room if it
 /// has no source. Throws InputError.
 Scene plugin_scene(const RoomFiles& files);
 
-/// What the values of controls mean in a scene.
+/// The most inputs of a plugin: each is a source.
+inline constexpr std::size_t kMostSources = 2;
+
+/// Of the source of an input.
+inline SourceId source_id(std::size_t input) { return SourceId{input + 1}; }
+
+/// What the values of controls mean in a scene of plugin_scene().
 class SceneControls {
  public:
-    explicit SceneControls(const Scene& scene);
+    SceneControls(const Scene& scene, std::size_t sources);
 
-    /// Places whose ports have their initial values are those of the scene.
-    Pose source_pose(const ControlValues& values) const;
+    std::size_t sources() const { return sources_; }
+
+    /// Places whose controls have their initial values are those of the scene. Two sources are a
+    /// metre apart, the first one on the left for a listener who looks along X.
+    Pose source_pose(const ControlValues& values, std::size_t source) const;
     Pose listener_pose(const ControlValues& values) const;
 
     float gain_db(const ControlValues& values) const;
@@ -51,19 +51,20 @@ class SceneControls {
     static PartGains part_gains(const ControlValues& values);
 
  private:
+    std::size_t sources_;
     Pose scene_source_;
     Pose scene_listener_;
     float scene_gain_db_;
     int scene_rays_;
 };
 
-/// The values of all control ports that hosts have not changed.
+/// The values of all controls that hosts have not changed.
 ControlValues initial_values();
 
 /// Applies the values of controls to the room of an auralizer. Only what has changed is set.
 class ControlFollower {
  public:
-    explicit ControlFollower(const Scene& scene);
+    ControlFollower(const Scene& scene, std::size_t sources);
 
     /// The changes take effect as soon as possible.
     void follow(Auralizer& auralizer, const ControlValues& values);
@@ -75,7 +76,7 @@ class ControlFollower {
     ControlValues applied_;
 };
 
-/// A room with a source and a listener, as a plugin plays it.
+/// A room with a source for each input and a listener, as a plugin plays it.
 class PluginRoom {
  public:
     PluginRoom() = default;
@@ -84,28 +85,31 @@ class PluginRoom {
     PluginRoom& operator=(const PluginRoom&) = delete;
 
     /// Renders any number of samples. [audio thread; waits on the exact clock]
-    virtual void render(const float* input, std::span<float* const> outputs, int samples) = 0;
+    virtual void render(std::span<const float* const> inputs, std::span<float* const> outputs,
+                        int samples) = 0;
 
     /// How long it is heard after its input has ended. [audio thread]
     virtual std::int64_t tail_samples() const = 0;
 };
 
-/// The outputs of a plugin.
-struct PluginOutput {
+/// The inputs and outputs of a plugin.
+struct PluginPorts {
+    std::size_t sources = 1;  ///< inputs, up to kMostSources
     OutputFormat format = OutputFormat::binaural;
     double sample_rate_hz = 48000;
-    int block = 256;  ///< samples of most calls
+    int block = 256;                 ///< samples of most calls
+    std::filesystem::path folder{};  ///< of the scenes that ship with the plugins
 };
 
 /// A room of one instance.
 class OwnRoom final : public PluginRoom {
  public:
     /// On the exact clock, without latency; set_controls() sets the controls. Throws InputError.
-    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output);
+    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports);
     /// On the real-time clock: the frames follow `controls`, with as many rays as are computed in
     /// time. `report` is called on the propagation thread, and `replace` once when the responses
     /// are to have another length.
-    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginOutput& output,
+    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports,
             std::shared_ptr<const ControlSnapshot> controls, const ReportRays& report,
             std::shared_ptr<GrowingLength> length, std::function<void()> replace);
 
@@ -115,7 +119,8 @@ class OwnRoom final : public PluginRoom {
     /// Waits until a frame is heard, at most a few seconds. [real-time clock]
     void wait_for_frame() const;
 
-    void render(const float* input, std::span<float* const> outputs, int samples) override;
+    void render(std::span<const float* const> inputs, std::span<float* const> outputs,
+                int samples) override;
     std::int64_t tail_samples() const override { return auralizer_.tail_samples(); }
 
  private:

@@ -2,6 +2,18 @@
 
 namespace aula::plugin {
 
+const std::vector<ShippedRoom>& shipped_rooms() {
+    static const std::vector<ShippedRoom> rooms{{"live room", ""},
+                                                {"bright room", "scenes/shoebox.json"},
+                                                {"tiled bathroom", "scenes/bathroom.json"},
+                                                {"church", "scenes/church.json"},
+                                                {"museum", "scenes/museum.json"},
+                                                {"corridor", "scenes/corridor.json"},
+                                                {"two rooms", "scenes/two_rooms.json"},
+                                                {"room with a door", "scenes/door.json"}};
+    return rooms;
+}
+
 std::vector<Preset> presets() {
     const auto place = [](float x, float y, float z) { return Vec3(x, y, z); };
     return {

@@ -7,7 +7,16 @@
 
 namespace aula::plugin {
 
-/// A room that ships with the plugins.
+/// A scene that ships with the plugins.
+struct ShippedRoom {
+    const char* name;
+    const char* scene;  ///< file beside the plugins, or empty: the default room
+};
+
+/// By the values of the control `room` from 1 on, which hosts store: new rooms come last.
+const std::vector<ShippedRoom>& shipped_rooms();
+
+/// Places in a room that ships with the plugins.
 struct Preset {
     const char* id;     ///< of its URI
     const char* name;   ///< for the menu of a host

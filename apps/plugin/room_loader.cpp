@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "apps/plugin/group_voice.h"
+#include "apps/plugin/presets.h"
 #include "apps/plugin/shared_room.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"
 
 namespace aula::plugin {
 
-RoomLoader::RoomLoader(const PluginOutput& output) : output_(output), task_([this] { serve(); }) {}
+RoomLoader::RoomLoader(const PluginPorts& ports) : ports_(ports), task_([this] { serve(); }) {}
 
 RoomLoader::~RoomLoader() {
     task_.stop();
@@ -52,6 +53,17 @@ void RoomLoader::close() {
 RoomFiles RoomLoader::files() const {
     const std::lock_guard lock(mutex_);
     return files_;
+}
+
+/// The present files, with the scene that the control `room` chooses.
+RoomFiles RoomLoader::chosen_files() const {
+    RoomFiles files = this->files();
+    const auto room =
+        static_cast<std::size_t>(std::lround(value_of(controls_->read(), Control::room)));
+    if (room == 0) return files;
+    const std::string scene = shipped_rooms()[room - 1].scene;
+    files.scene = scene.empty() ? std::filesystem::path{} : ports_.folder / scene;
+    return files;
 }
 
 void RoomLoader::set_files(const RoomFiles& files) {
@@ -154,7 +166,7 @@ void RoomLoader::build_live() {
 
 void RoomLoader::build_exact() {
     auto room = build<OwnRoom>([this](const RoomFiles& readable) {
-        return std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_);
+        return std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, ports_);
     });
     std::unique_lock lock(mutex_);
     exact_ = std::move(room);
@@ -172,7 +184,7 @@ std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     const auto group = static_cast<int>(std::lround(value_of(values, Control::room_group)));
     if (group == 0) {
         auto room =
-            std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, output_, controls_,
+            std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, ports_, controls_,
                                       report, length_, [this] { request_another(); });
         room->wait_for_frame();
         return room;
@@ -180,15 +192,14 @@ std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     auto shared =
         SharedRoom::join({readable, group}, values, [&] { return plugin_scene(readable); });
     return std::make_unique<GroupVoice>(
-        std::move(shared), readable.hrtf, output_, controls_, [this] { request_another(); },
-        report);
+        std::move(shared), readable.hrtf, ports_, controls_, [this] { request_another(); }, report);
 }
 
 /// The room of the present files, or as much of it as can be built; null if nothing can.
 template <typename Room>
 std::unique_ptr<Room> RoomLoader::build(
     const std::function<std::unique_ptr<Room>(const RoomFiles& readable)>& make) {
-    const RoomFiles files = this->files();
+    const RoomFiles files = chosen_files();
     std::string status;
     const auto attempt = [&](const RoomFiles& readable) -> std::unique_ptr<Room> {
         try {
@@ -213,18 +224,24 @@ void RoomLoader::set_status(const std::string& line) {
     wants_replies_ = true;
 }
 
-void RoomLoader::reply_all() {
-    const std::lock_guard lock(mutex_);
-    replies_.push(Property::scene, files_.scene.string());
-    replies_.push(Property::hrtf, files_.hrtf.string());
+std::string RoomLoader::status() const {
+    std::unique_lock lock(mutex_);
     std::string status = status_;
+    lock.unlock();
     const auto add = [&](const std::string& text) {
         status += (status.empty() ? "" : "; ") + text;
     };
     if (const std::int64_t muted = muted_samples_; muted > 0) add(muted_text(muted));
     if (const int rays = rays_, wanted = wanted_rays_; rays < wanted)
         add(formatted("this machine keeps up with %d of %d rays", rays, wanted));
-    replies_.push(Property::status, status);
+    return status;
+}
+
+void RoomLoader::reply_all() {
+    const RoomFiles files = this->files();
+    replies_.push(Property::scene, files.scene.string());
+    replies_.push(Property::hrtf, files.hrtf.string());
+    replies_.push(Property::status, status());
 }
 
 }  // namespace aula::plugin

@@ -23,7 +23,7 @@ namespace aula::plugin {
 /// builds the default room or uses the default HRTF, keeps the file's name, and reports the error.
 class RoomLoader {
  public:
-    explicit RoomLoader(const PluginOutput& output);
+    explicit RoomLoader(const PluginPorts& ports);
     ~RoomLoader();
     RoomLoader(const RoomLoader&) = delete;
     RoomLoader& operator=(const RoomLoader&) = delete;
@@ -41,6 +41,9 @@ class RoomLoader {
     RoomFiles files() const;
     /// Replaces the files. Waits until the room is built, if one is open. [not the audio thread]
     void set_files(const RoomFiles& files);
+
+    /// The line of the property status. [not the audio thread]
+    std::string status() const;
 
     /// Asks for another file; false if there were too many requests. The replies of replies()
     /// confirm it. [audio thread, wait-free]
@@ -71,6 +74,7 @@ class RoomLoader {
     ControlSnapshot& controls() noexcept AULA_NONBLOCKING { return *controls_; }
 
  private:
+    RoomFiles chosen_files() const;
     void serve();
     void handle_requests();
     void build_live();
@@ -83,7 +87,7 @@ class RoomLoader {
     void reply_all();
     void change_and_wait(const std::function<void()>& change);
 
-    const PluginOutput output_;
+    const PluginPorts ports_;
     const std::shared_ptr<ControlSnapshot> controls_ = std::make_shared<ControlSnapshot>();
     const std::shared_ptr<GrowingLength> length_ = std::make_shared<GrowingLength>();
 

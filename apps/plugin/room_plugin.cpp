@@ -23,46 +23,33 @@ std::size_t to_samples(double seconds, double sample_rate_hz) {
 
 }  // namespace
 
-RoomPlugin::RoomPlugin(const Layout& layout, double sample_rate_hz, int block,
-                       const LV2_URID_Map* map)
-    : output_(layout.output),
-      channels_(channel_count(layout.output)),
-      messages_(map),
-      loader_({layout.output, sample_rate_hz, block}),
-      outputs_(channels_),
-      fade_(to_samples(kRoomFade_s, sample_rate_hz)),
-      wet_(to_samples(kWetGlide_s, sample_rate_hz)),
+RoomPlugin::RoomPlugin(const PluginPorts& ports)
+    : output_(ports.format),
+      channels_(channel_count(ports.format)),
+      loader_(ports),
+      values_(initial_values()),
+      fade_(to_samples(kRoomFade_s, ports.sample_rate_hz)),
+      wet_(to_samples(kWetGlide_s, ports.sample_rate_hz)),
+      dry_(ports.sources, std::vector<float>(kChunk)),
+      room_input_(dry_),
       ringing_outputs_(channels_, std::vector<float>(kChunk)),
       chunk_outputs_(channels_) {
-    for (std::size_t i = 0; i < kControls; ++i) values_[i] = control_ports()[i].initial;
     for (std::vector<float>& channel : ringing_outputs_)
         ringing_pointers_.push_back(channel.data());
+    for (const std::vector<float>& source : dry_) dry_pointers_.push_back(source.data());
+    for (const std::vector<float>& source : room_input_)
+        room_input_pointers_.push_back(source.data());
 }
 
 RoomPlugin::~RoomPlugin() { give_back_rooms(); }
 
-void RoomPlugin::connect(std::uint32_t port, void* data) {
-    const std::size_t first_control = control_port(output_, 0);
-    if (port == kInputPort) {
-        input_ = static_cast<const float*>(data);
-    } else if (port < first_control) {
-        outputs_[port - 1] = static_cast<float*>(data);
-    } else if (port < first_control + kControls) {
-        controls_[port - first_control] = static_cast<float*>(data);
-    } else if (port == first_control + kControls) {
-        control_ = static_cast<const LV2_Atom_Sequence*>(data);
-    } else {
-        notify_ = static_cast<LV2_Atom_Sequence*>(data);
-    }
-}
-
-void RoomPlugin::activate() {
+void RoomPlugin::activate(const ControlValues& values, bool is_offline) {
     started_ = false;
     rolls_ = false;
     is_open_ = false;
-    read_controls();
-    // A host that only renders needs no room in real time.
-    is_open_ = !freewheels();
+    is_offline_ = is_offline;
+    set_controls(values);
+    is_open_ = !is_offline_;
     if (is_open_) loader_.open();
 }
 
@@ -80,65 +67,48 @@ void RoomPlugin::give_back_rooms() {
     loader_.discard(std::move(exact_));
 }
 
-LV2_State_Status RoomPlugin::save(LV2_State_Store_Function store, LV2_State_Handle handle,
-                                  const LV2_Feature* const* features) const {
-    return messages_.save(loader_.files(), store, handle, features);
-}
-
-void RoomPlugin::restore(LV2_State_Retrieve_Function retrieve, LV2_State_Handle handle,
-                         const LV2_Feature* const* features) {
-    loader_.set_files(messages_.restore(loader_.files(), retrieve, handle, features));
+void RoomPlugin::set_files(const RoomFiles& files) {
+    loader_.set_files(files);
     is_restored_ = true;
 }
 
-void RoomPlugin::run(std::uint32_t samples) {
-    read_controls();
-    messages_.begin(control_, notify_);
-    std::int64_t done = 0;
-    while (const auto event = messages_.next()) {
-        const std::int64_t at = std::clamp<std::int64_t>(event->offset, done, samples);
-        process(done, at);
-        done = at;
-        handle(*event);
-    }
-    process(done, samples);
-    send_replies();
-    messages_.end();
-    if (float* const latency = controls_[static_cast<std::size_t>(Control::latency)]) *latency = 0;
-}
-
-void RoomPlugin::read_controls() {
+void RoomPlugin::set_controls(const ControlValues& values) {
     for (std::size_t i = 0; i < kControls; ++i)
-        if (controls_[i] != nullptr && !control_ports()[i].output)
-            values_[i] = valid(static_cast<Control>(i), *controls_[i]);
+        values_[i] = valid(static_cast<Control>(i), values[i]);
     loader_.controls().write(values_);
     const float group = std::round(value_of(values_, Control::room_group));
-    if (std::exchange(group_, group) != group && is_open_) loader_.request_another();
+    const float room = std::round(value_of(values_, Control::room));
+    const bool has_other_room = std::exchange(room_, room) != room;
+    const bool has_other_group = std::exchange(group_, group) != group;
+    if (has_other_room) restart();
+    if ((has_other_group || has_other_room) && is_open_) loader_.request_another();
     const auto wet = static_cast<double>(target_wet());
     if (wet != wet_.target()) wet_.move_to(wet);
 }
 
-float RoomPlugin::target_wet() const {
-    return value_of(values_, Control::enabled) > 0.5F ? value_of(values_, Control::wet) : 0;
+void RoomPlugin::set_offline(bool is_offline) {
+    is_offline_ = is_offline;
+    if (is_offline_) return;
+    restart();
+    if (!std::exchange(is_open_, true)) loader_.request_open();
 }
 
-void RoomPlugin::handle(const HostEvent& event) {
-    switch (event.kind) {
-        case HostEvent::Kind::set:
-            loader_.request(event.property, event.text);
-            loader_.discard(std::move(exact_));
-            break;
-        case HostEvent::Kind::get:
-            loader_.request_replies();
-            break;
-        case HostEvent::Kind::position: {
-            const bool rolled = std::exchange(rolls_, event.speed != 0);
-            const bool jumps = rolls_ && (!rolled || event.frame != transport_);
-            transport_ = event.frame;
-            if (jumps && !is_fresh_) loader_.discard(std::move(exact_));
-            break;
-        }
-    }
+void RoomPlugin::restart() { loader_.discard(std::move(exact_)); }
+
+bool RoomPlugin::request(Property property, std::string_view file) {
+    restart();
+    return loader_.request(property, file);
+}
+
+void RoomPlugin::move_transport(std::int64_t sample, bool rolls) {
+    const bool rolled = std::exchange(rolls_, rolls);
+    const bool jumps = rolls_ && (!rolled || sample != transport_);
+    transport_ = sample;
+    if (jumps && !is_fresh_) restart();
+}
+
+float RoomPlugin::target_wet() const {
+    return value_of(values_, Control::enabled) > 0.5F ? value_of(values_, Control::wet) : 0;
 }
 
 /// Starts a room on the exact clock.
@@ -148,48 +118,48 @@ void RoomPlugin::begin_exact() {
     started_ = false;
 }
 
-void RoomPlugin::process(std::int64_t first, std::int64_t last) {
-    if (is_restored_.exchange(false)) loader_.discard(std::move(exact_));
-    if (!freewheels()) {
-        loader_.discard(std::move(exact_));
-        if (!std::exchange(is_open_, true)) loader_.request_open();
-    }
-    for (; first < last; first += static_cast<std::int64_t>(kChunk)) {
-        const auto samples = static_cast<std::size_t>(std::min<std::int64_t>(kChunk, last - first));
-        if (freewheels() && !exact_) begin_exact();
+void RoomPlugin::process(std::span<const float* const> inputs, std::span<float* const> outputs,
+                         std::size_t first, std::size_t last) {
+    if (is_restored_.exchange(false)) restart();
+    for (; first < last; first += kChunk) {
+        const std::size_t samples = std::min(kChunk, last - first);
+        if (is_offline_ && !exact_) begin_exact();
         if (!std::exchange(started_, true)) wet_.jump(static_cast<double>(target_wet()));
         // A copy: the outputs may be the same memory.
-        std::copy_n(input_ + first, samples, dry_.begin());
-        if (const std::size_t muted = mute_beyond(kLargestSample, std::span(dry_).first(samples));
-            muted > 0)
-            loader_.count_muted(muted);
-        for (std::size_t c = 0; c < channels_; ++c) chunk_outputs_[c] = outputs_[c] + first;
-        if (freewheels())
-            render_exact(chunk_outputs_, samples);
+        for (std::size_t s = 0; s < dry_.size(); ++s) {
+            std::copy_n(inputs[s] + first, samples, dry_[s].begin());
+            const std::span<float> source = std::span(dry_[s]).first(samples);
+            if (const std::size_t muted = mute_beyond(kLargestSample, source); muted > 0)
+                loader_.count_muted(muted);
+        }
+        for (std::size_t c = 0; c < channels_; ++c) chunk_outputs_[c] = outputs[c] + first;
+        if (is_offline_)
+            render_exact(samples);
         else
-            render_live(chunk_outputs_, samples);
-        mix(chunk_outputs_, samples);
+            render_live(samples);
+        mix(samples);
         if (rolls_) transport_ += static_cast<std::int64_t>(samples);
     }
 }
 
 /// Silence without a room, or after its failure.
-void RoomPlugin::render_exact(std::span<float* const> outputs, std::size_t samples) {
+void RoomPlugin::render_exact(std::size_t samples) {
     is_fresh_ = false;
     try {
         if (exact_) {
             exact_->set_controls(values_);
-            return exact_->render(dry_.data(), outputs, static_cast<int>(samples));
+            tail_samples_ = exact_->tail_samples();
+            return exact_->render(dry_pointers_, chunk_outputs_, static_cast<int>(samples));
         }
     } catch (const std::exception&) {
         loader_.discard(std::move(exact_));
     }
-    for (float* const channel : outputs) std::fill_n(channel, samples, 0.0F);
+    for (float* const channel : chunk_outputs_) std::fill_n(channel, samples, 0.0F);
 }
 
 /// The present room's sound. The input of a new room fades in while that of the room before it
 /// fades out and rings out.
-void RoomPlugin::render_live(std::span<float* const> outputs, std::size_t samples) {
+void RoomPlugin::render_live(std::size_t samples) {
     if (ringing_ == nullptr) {
         if (PluginRoom* const room = loader_.take()) {
             ringing_ = std::exchange(current_, room);
@@ -201,45 +171,45 @@ void RoomPlugin::render_live(std::span<float* const> outputs, std::size_t sample
         }
     }
     if (current_ == nullptr) {
-        for (float* const channel : outputs) std::fill_n(channel, samples, 0.0F);
+        for (float* const channel : chunk_outputs_) std::fill_n(channel, samples, 0.0F);
         return;
     }
-    std::copy_n(dry_.begin(), samples, room_input_.begin());
-    fade_.fade_in(std::span(room_input_).first(samples));
-    current_->render(room_input_.data(), outputs, static_cast<int>(samples));
+    tail_samples_ = current_->tail_samples();
+    for (std::size_t s = 0; s < dry_.size(); ++s) {
+        std::copy_n(dry_[s].begin(), samples, room_input_[s].begin());
+        fade_.fade_in(std::span(room_input_[s]).first(samples));
+    }
+    current_->render(room_input_pointers_, chunk_outputs_, static_cast<int>(samples));
     if (ringing_ == nullptr) return;
-    std::copy_n(dry_.begin(), samples, room_input_.begin());
-    fade_.fade_out(std::span(room_input_).first(samples));
+    for (std::size_t s = 0; s < dry_.size(); ++s) {
+        std::copy_n(dry_[s].begin(), samples, room_input_[s].begin());
+        fade_.fade_out(std::span(room_input_[s]).first(samples));
+    }
     fade_.advance(samples);
-    ringing_->render(room_input_.data(), ringing_pointers_, static_cast<int>(samples));
+    ringing_->render(room_input_pointers_, ringing_pointers_, static_cast<int>(samples));
     for (std::size_t c = 0; c < channels_; ++c)
-        for (std::size_t n = 0; n < samples; ++n) outputs[c][n] += ringing_outputs_[c][n];
+        for (std::size_t n = 0; n < samples; ++n) chunk_outputs_[c][n] += ringing_outputs_[c][n];
     ringing_samples_ -= static_cast<std::int64_t>(samples);
     if (ringing_samples_ <= 0) loader_.give_back(std::exchange(ringing_, nullptr));
 }
 
-/// Mixes the input in: at both ears, or in the omnidirectional channel of ambisonics.
-void RoomPlugin::mix(std::span<float* const> outputs, std::size_t samples) {
+/// Mixes the inputs in: at the ears, a single one at both, or in the omnidirectional channel of
+/// ambisonics, both of two.
+void RoomPlugin::mix(std::size_t samples) {
     bool is_wet = true;
     for (std::size_t n = 0; n < samples; ++n) {
         weights_[n] = static_cast<float>(wet_.next());
         is_wet = is_wet && weights_[n] == 1;
     }
     if (is_wet) return;
-    const std::size_t dry_channels = output_ == OutputFormat::binaural ? 2 : 1;
-    for (std::size_t c = 0; c < outputs.size(); ++c) {
-        for (std::size_t n = 0; n < samples; ++n) {
-            outputs[c][n] *= weights_[n];
-            if (c < dry_channels) outputs[c][n] += (1 - weights_[n]) * dry_[n];
-        }
-    }
-}
-
-void RoomPlugin::send_replies() {
-    MessageQueue& replies = loader_.replies();
-    while (const Message* const reply = replies.front()) {
-        if (!messages_.send(*reply)) break;
-        replies.pop();
+    for (float* const channel : chunk_outputs_)
+        for (std::size_t n = 0; n < samples; ++n) channel[n] *= weights_[n];
+    const bool is_binaural = output_ == OutputFormat::binaural;
+    const std::size_t pairs = is_binaural ? 2 : dry_.size();
+    for (std::size_t p = 0; p < pairs; ++p) {
+        float* const channel = chunk_outputs_[is_binaural ? p : 0];
+        const std::vector<float>& source = dry_[std::min(p, dry_.size() - 1)];
+        for (std::size_t n = 0; n < samples; ++n) channel[n] += (1 - weights_[n]) * source[n];
     }
 }
 

@@ -5,70 +5,81 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "apps/plugin/host_messages.h"
-#include "apps/plugin/ports.h"
+#include "apps/plugin/controls.h"
 #include "apps/plugin/room_loader.h"
 #include "audio/dsp/fade.h"
 #include "audio/spatial/moving_path.h"
 
 namespace aula::plugin {
 
-/// An instance of a plugin: a source in a room, heard by a listener. While the host plays, the
-/// room is on the real-time clock, and run() never waits. While the host renders (freewheel), it
-/// is a new room on the exact clock, begun at the first sample after the host has started to render
-/// or has moved its transport: the same range gives the same bytes for any sizes of blocks.
+/// An instance of a plugin of any format: one or two sources in a room, heard by a listener. While
+/// the host plays, the room is on the real-time clock, and process() never waits. While the host
+/// renders offline, it is a new room on the exact clock, begun at the first sample after the host
+/// has started to render or has moved its transport: the same range gives the same bytes for any
+/// sizes of blocks.
 class RoomPlugin {
  public:
-    /// `block`: the size of most blocks. `map` may be null.
-    RoomPlugin(const Layout& layout, double sample_rate_hz, int block, const LV2_URID_Map* map);
+    explicit RoomPlugin(const PluginPorts& ports);
     ~RoomPlugin();
     RoomPlugin(const RoomPlugin&) = delete;
     RoomPlugin& operator=(const RoomPlugin&) = delete;
 
-    void connect(std::uint32_t port, void* data);
-    void activate();
+    /// Builds a room, and waits until it is heard; a host that only renders needs none. [not the
+    /// audio thread]
+    void activate(const ControlValues& values, bool is_offline);
     void deactivate();
 
-    /// Processes a block of any size. Outputs may be the input's memory. [audio thread]
-    void run(std::uint32_t samples);
+    // [audio thread]
+    /// The values from the next sample on; those that are not valid are made valid.
+    void set_controls(const ControlValues& values);
+    /// Whether the host renders offline: process() may wait.
+    void set_offline(bool is_offline);
+    /// The host's transport is at a sample, and moves with the samples if it rolls.
+    void move_transport(std::int64_t sample, bool rolls);
+    /// The rendering offline begins anew.
+    void restart();
+    /// Asks for another file; false if there were too many requests.
+    bool request(Property property, std::string_view file);
+    /// Changes and errors for the host, and the request for all of them.
+    MessageQueue& replies() { return loader_.replies(); }
+    void request_replies() { loader_.request_replies(); }
+    /// Processes the samples from `first` to `last` of buffers. Outputs may be the inputs' memory.
+    void process(std::span<const float* const> inputs, std::span<float* const> outputs,
+                 std::size_t first, std::size_t last);
 
-    LV2_State_Status save(LV2_State_Store_Function store, LV2_State_Handle handle,
-                          const LV2_Feature* const* features) const;
-    void restore(LV2_State_Retrieve_Function retrieve, LV2_State_Handle handle,
-                 const LV2_Feature* const* features);
+    // [not the audio thread]
+    RoomFiles files() const { return loader_.files(); }
+    void set_files(const RoomFiles& files);
+    /// An error's line, or what the host should know; empty: nothing.
+    std::string status() const { return loader_.status(); }
+    /// How long the present room is heard after its input has ended. [any thread]
+    std::int64_t tail_samples() const { return tail_samples_; }
 
  private:
-    void read_controls();
-    void handle(const HostEvent& event);
-    void process(std::int64_t first, std::int64_t last);
     void begin_exact();
-    void render_exact(std::span<float* const> outputs, std::size_t samples);
-    void render_live(std::span<float* const> outputs, std::size_t samples);
-    void mix(std::span<float* const> outputs, std::size_t samples);
-    void send_replies();
+    void render_exact(std::size_t samples);
+    void render_live(std::size_t samples);
+    void mix(std::size_t samples);
     void give_back_rooms();
     float target_wet() const;
-    bool freewheels() const { return value_of(values_, Control::freewheel) > 0.5F; }
 
     static constexpr std::size_t kChunk = 1024;
 
     const OutputFormat output_;
     const std::size_t channels_;
-    HostMessages messages_;
     RoomLoader loader_;
 
-    const float* input_ = nullptr;
-    std::vector<float*> outputs_;
-    std::array<float*, kControls> controls_{};
-    const LV2_Atom_Sequence* control_ = nullptr;
-    LV2_Atom_Sequence* notify_ = nullptr;
     ControlValues values_;
+    bool is_offline_ = false;
 
     // On the real-time clock.
     bool is_open_ = false;  ///< a room is being built, or was
     float group_ = 0;       ///< of that room
+    float room_ = 0;        ///< the same, on both clocks
     PluginRoom* current_ = nullptr;
     PluginRoom* ringing_ = nullptr;  ///< the room before it, which fades out
     std::int64_t ringing_samples_ = 0;
@@ -81,10 +92,13 @@ class RoomPlugin {
     bool rolls_ = false;                     ///< the transport
     std::int64_t transport_ = 0;
 
+    std::atomic<std::int64_t> tail_samples_ = 0;
     bool started_ = false;  ///< samples have been processed since activate()
     Glide wet_;
-    std::array<float, kChunk> dry_{};
-    std::array<float, kChunk> room_input_{};
+    std::vector<std::vector<float>> dry_;         ///< [source]
+    std::vector<std::vector<float>> room_input_;  ///< [source]
+    std::vector<const float*> dry_pointers_;
+    std::vector<const float*> room_input_pointers_;
     std::array<float, kChunk> weights_{};
     std::vector<std::vector<float>> ringing_outputs_;
     std::vector<float*> ringing_pointers_;

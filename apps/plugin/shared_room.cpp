@@ -1,11 +1,13 @@
 #include "apps/plugin/shared_room.h"
 
 #include <algorithm>
+#include <array>
 #include <cfenv>
 #include <chrono>
 #include <future>
 #include <glm/geometric.hpp>
 #include <map>
+#include <span>
 #include <system_error>
 #include <utility>
 
@@ -123,14 +125,14 @@ std::shared_ptr<SharedRoom> SharedRoom::join(const GroupKey& key, const ControlV
             auto room = entry->room.lock();
             if (!room) continue;
             alive.push_back(room);
-            const Vec3 place = SceneControls(room->scene_).listener_pose(values).position;
+            const Vec3 place = SceneControls(room->scene_, 1).listener_pose(values).position;
             if (entry->open && entry->place == place) return room;
         }
     }
     // All rooms of a group have the scene of the first one.
     Scene scene = alive.empty() ? load() : alive[0]->scene_;
     const GroupKey versions = alive.empty() ? key.with_versions(scene) : alive[0]->key_;
-    const Vec3 place = SceneControls(scene).listener_pose(values).position;
+    const Vec3 place = SceneControls(scene, 1).listener_pose(values).position;
     const std::shared_ptr<SharedRoom> room(new SharedRoom(
         versions, std::move(scene), place, alive.empty() ? nullptr : alive[0].get()));
     room->entry_->number = ++present.last_number;
@@ -146,6 +148,7 @@ SharedRoom::SharedRoom(const GroupKey& key, Scene scene, const Vec3& place, cons
       length_(other != nullptr ? other->length_ : std::make_shared<GrowingLength>()),
       measured_(length_->hear()),
       room_length_s_(other != nullptr ? other->room_length_s_ : std::nullopt),
+      waves_(scene_, WavesReady::later),
       place_(place),
       load_([this](int rays, int wanted) {
           reported_rays_ = rays;
@@ -202,7 +205,8 @@ void SharedRoom::add(GroupVoice& voice) {
     Turn turn(*this);
     if (failure_) std::rethrow_exception(failure_);
     voice.read_controls();
-    propagation_->add_source(voice.source(), scene_.sources[0].directivity);
+    for (std::size_t s = 0; s < voice.sources(); ++s)
+        propagation_->add_source(voice.source(s), scene_.sources[0].directivity);
     voices_.push_back(&voice);
     if (reported_rays_ < reported_wanted_) voice.report_rays(reported_rays_, reported_wanted_);
     turn.end();
@@ -215,7 +219,10 @@ void SharedRoom::add(GroupVoice& voice) {
 void SharedRoom::remove(GroupVoice& voice) {
     const Turn turn(*this);
     const auto at = std::find(voices_.begin(), voices_.end(), &voice);
-    if (!failure_) propagation_->remove_source(static_cast<std::size_t>(at - voices_.begin()));
+    std::size_t first = 0;
+    for (auto other = voices_.begin(); other != at; ++other) first += (*other)->sources();
+    for (std::size_t s = 0; s < voice.sources() && !failure_; ++s)
+        propagation_->remove_source(first);
     voices_.erase(at);
 }
 
@@ -279,9 +286,11 @@ bool SharedRoom::compute(double time_s) {
     FrameInput input;
     for (GroupVoice* const voice : voices_) {
         voice->begin_frame(time_s);
-        const Pose source = voice->source();
-        input.sources.push_back(source.position);
-        input.source_rotations.push_back(source.rotation());
+        for (std::size_t s = 0; s < voice->sources(); ++s) {
+            const Pose source = voice->source(s);
+            input.sources.push_back(source.position);
+            input.source_rotations.push_back(source.rotation());
+        }
         rays = std::max(rays, voice->rays());
     }
     rays = load_.next(rays, took_s_, 1 / double{scene_.simulation.frame_rate_hz});
@@ -290,8 +299,17 @@ bool SharedRoom::compute(double time_s) {
     choose_place();
     input.listeners.push_back(place_);
     input.objects = objects_;
+    waves_.begin_frame(time_s, input.sources, objects_);
     propagation_->step(input);
-    for (std::size_t v = 0; v < voices_.size(); ++v) voices_[v]->prepare(propagation_->response(v));
+    std::size_t source = 0;
+    for (GroupVoice* const voice : voices_) {
+        std::array<GroupVoice::Arriving, kMostSources> arriving;
+        for (std::size_t s = 0; s < voice->sources(); ++s, ++source) {
+            const EnergyResponse& response = propagation_->response(source);
+            arriving[s] = {&response, waves_.pair(input.sources[source], place_, response)};
+        }
+        voice->prepare(std::span(arriving).first(voice->sources()));
+    }
     return true;
 }
 

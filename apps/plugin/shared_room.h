@@ -17,6 +17,7 @@
 #include "apps/session/frames/frame_clock.h"
 #include "apps/session/frames/ray_load.h"
 #include "apps/session/live/growing_length.h"
+#include "apps/session/waves/frame_waves.h"
 #include "aula/engine/propagation.h"
 
 namespace aula::plugin {
@@ -120,7 +121,8 @@ class SharedRoom {
     std::condition_variable changed_;
     std::condition_variable heard_;
     std::optional<Propagation> propagation_;
-    std::vector<GroupVoice*> voices_;  ///< [source]
+    FrameWaves waves_;
+    std::vector<GroupVoice*> voices_;  ///< in the order of their sources
     std::vector<RigidTransform> objects_;
     Vec3 place_;
     int rays_ = 0;

@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -100,8 +101,8 @@ Kept& kept() {
 
 Measurement measured(const SharedScene& shared, const std::vector<Source>& sources,
                      const Array<float>& receivers, std::optional<int> frames, int max_frames,
-                     const std::array<double, 4>& limits, bool third_octaves, bool interaural,
-                     const Overrides& overrides) {
+                     const std::array<double, 4>& limits, bool parameters, bool third_octaves,
+                     bool interaural, const Overrides& overrides) {
     const std::shared_ptr<const Scene> scene = shared.get();
     std::vector<Pose> poses;
     for (py::ssize_t m = 0; m < receivers.shape(0); ++m)
@@ -118,6 +119,7 @@ Measurement measured(const SharedScene& shared, const std::vector<Source>& sourc
                                           .t30 = limits[2],
                                           .edt = limits[3]},
                                .max_frames = max_frames,
+                               .parameters = parameters,
                                .third_octaves = third_octaves,
                                .interaural = interaural,
                                .progress = [&](double) { return interruption.continues(); }});
@@ -188,7 +190,7 @@ py::array_t<float> impulse_responses(const Measurement& measurement, double samp
         if (mono &&
             std::any_of(shares.begin(), shares.end(), [](float share) { return share != 1; }))
             foa.emplace(measurement, foa_options);
-        if (receivers == 1)
+        if (receivers == 1 && !measurement.images)
             used.carriers = make_noise_carriers(sample_rate_hz, measurement.simulation.seed);
         in_parallel(responses.size(), threads, interruption, [&](std::size_t pair) {
             const std::size_t s = pair / receivers;
@@ -273,6 +275,52 @@ py::tuple parameters(const Measurement& measurement) {
     for (const PairParameters& pair : measurement.parameters) sti.add(pair.sti);
     single_numbers["STI"] = sti.arrays();
     return py::make_tuple(octaves, single_numbers, third_octaves(measurement));
+}
+
+/// The columns of all discrete paths, (P,), (P, 3) and (P, 8), pair by pair.
+py::dict paths(const Measurement& measurement) {
+    std::size_t count = 0;
+    for (const EnergyResponse& response : measurement.responses) count += response.paths.size();
+    const auto whole = [&] { return py::array_t<int>(std::vector<std::size_t>{count}); };
+    const auto vectors = [&](std::size_t width) {
+        return py::array_t<float>(std::vector<std::size_t>{count, width});
+    };
+    py::array_t<int> source = whole(), microphone = whole(), order = whole(), edges = whole();
+    py::array_t<double> delay_s(std::vector<std::size_t>{count});
+    py::array_t<std::uint64_t> key(std::vector<std::size_t>{count});
+    py::array_t<float> arrival = vectors(3), departure = vectors(3), energy = vectors(kBandCount);
+    py::list kind;
+    std::size_t row = 0;
+    for (std::size_t pair = 0; pair < measurement.responses.size(); ++pair) {
+        const EnergyResponse& response = measurement.responses[pair];
+        for (const SoundPath& path : response.paths) {
+            constexpr std::array kKinds{"direct", "image", "bent", "through_walls"};
+            kind.append(kKinds[static_cast<std::size_t>(path.kind)]);
+            source.mutable_data()[row] = static_cast<int>(pair / measurement.receivers.size());
+            microphone.mutable_data()[row] = static_cast<int>(pair % measurement.receivers.size());
+            order.mutable_data()[row] = path.order;
+            edges.mutable_data()[row] = path.edges;
+            delay_s.mutable_data()[row] = response.arrival_s(path);
+            key.mutable_data()[row] = path.key;
+            std::copy_n(&path.direction[0], 3, arrival.mutable_data() + 3 * row);
+            std::copy_n(&path.departure[0], 3, departure.mutable_data() + 3 * row);
+            std::copy(path.energy.value.begin(), path.energy.value.end(),
+                      energy.mutable_data() + kBandCount * row);
+            ++row;
+        }
+    }
+    py::dict columns;
+    columns["source"] = source;
+    columns["microphone"] = microphone;
+    columns["kind"] = py::module_::import("numpy").attr("array")(kind, "U13");
+    columns["order"] = order;
+    columns["edges"] = edges;
+    columns["delay_s"] = delay_s;
+    columns["arrival"] = arrival;
+    columns["departure"] = departure;
+    columns["energy"] = energy;
+    columns["key"] = key;
+    return columns;
 }
 
 /// (S, M, 8, bin), 1/m2 per unit emitted energy.
@@ -366,6 +414,7 @@ void bind_results(py::module_& module) {
         .def("impulse_responses", &impulse_responses)
         .def("parameters", &parameters)
         .def("energy", &energy)
+        .def("paths", &paths)
         .def_readonly("frames", &Measurement::frames)
         .def_readonly("length_s", &Measurement::length_s)
         .def_property_readonly("warnings",

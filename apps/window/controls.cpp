@@ -319,6 +319,35 @@ void draw_map_controls(Model& model, MapPanel& map) {
     if (!model.map_is_current()) ImGui::TextUnformatted("The map is from before the last change.");
 }
 
+void draw_wave_controls(Model& model, Choices& choices) {
+    WavePanel& panel = choices.waves;
+    const Bounds& bounds = model.bounds();
+    row("height", "z of the picture. Drag, or ctrl and click to type a number.", "",
+        [&](const char* label) {
+            return ImGui::DragFloat(label, &choices.map.height_m, 0.01F, bounds.min.z, bounds.max.z,
+                                    "%.2f m");
+        });
+    if (model.finds_standing_waves()) {
+        ImGui::TextUnformatted("finding the modes ...");
+        return;
+    }
+    if (ImGui::SmallButton("find modes")) model.start_standing_waves(double{choices.map.height_m});
+    tooltip("compute the standing waves of the room at this height");
+    const auto waves = model.standing_waves();
+    if (!waves || !(waves->highest_hz() > 0)) return;
+    ImGui::SameLine();
+    ImGui::Checkbox("show waves", &panel.shown);
+    tooltip("draw the level of a tone of the source in the picture, in place of a map");
+    if (model.scene().sources.size() > 1)
+        row("source", "Source that plays the tone.", "",
+            [&](const char* label) { return choose_source(model, label); });
+    row("frequency", "Of the tone. Drag, or ctrl and click to type a number.", "",
+        [&](const char* label) {
+            return ImGui::SliderFloat(label, &panel.hz, 20, static_cast<float>(waves->highest_hz()),
+                                      "%.1f Hz");
+        });
+}
+
 }  // namespace
 
 void draw_controls(Model& model, Choices& choices) {
@@ -329,6 +358,7 @@ void draw_controls(Model& model, Choices& choices) {
     if (section("Surface")) draw_surface(model, choices);
     if (section("Show")) draw_view_choices(model, choices);
     if (section("Map", false)) draw_map_controls(model, choices.map);
+    if (section("Standing waves", false)) draw_wave_controls(model, choices);
     if (section("Quality")) draw_quality(model, choices);
 }
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
@@ -98,6 +99,10 @@ void load_fonts(float scale) {
 Glfw::Glfw() {
     if (load_glfw() == nullptr) return;
     glfwSetErrorCallback(ignore_error);
+#ifdef GLFW_PLATFORM
+    // Where there is no session of Wayland its library would write a line to standard error.
+    if (std::getenv("WAYLAND_DISPLAY") == nullptr) glfwInitHint(GLFW_PLATFORM, GLFW_PLATFORM_X11);
+#endif
     started_ = glfwInit() == GLFW_TRUE;
 }
 

@@ -24,6 +24,12 @@ struct MapPanel {
     float spacing_m = static_cast<float>(kMapSpacing_m);
 };
 
+/// The standing waves to show.
+struct WavePanel {
+    bool shown = true;
+    float hz = 63;
+};
+
 /// Display options. Most of them are kept between sessions.
 struct Choices {
     RoomStyle style;
@@ -32,6 +38,7 @@ struct Choices {
     EnergyOverlay overlay = EnergyOverlay::off;
     PlotChoice plots;
     MapPanel map;
+    WavePanel waves;
     bool everywhere = false;  ///< a material replaces that of all such surfaces
     bool help = false;
     float budget = 0.6F;              ///< share of a frame's time for "auto"

@@ -211,8 +211,27 @@ void Picture::follow_patches(Model& model, const Choices& choices, double dt_s) 
     view_.set_patches(field_);
 }
 
+/// Updates the cells of standing waves. True if they are shown.
+bool Picture::follow_tone(const Model& model, const Choices& choices) {
+    Tone tone;
+    const std::size_t source = model.request.source;
+    if (choices.waves.shown && model.standing_waves() && source < model.status().sources.size())
+        tone = {model.standing_waves(), model.status().sources[source], choices.waves.hz};
+    if (tone == tone_) return tone.waves != nullptr;
+    tone_ = tone;
+    cells_.reset();
+    map_.reset();
+    if (tone.waves) {
+        const auto hz = std::min(double{tone.hz}, tone.waves->highest_hz());
+        cells_.emplace(tone.waves->cells(tone.source, hz));
+    }
+    view_.set_map(cells_ ? &*cells_ : nullptr);
+    return tone.waves != nullptr;
+}
+
 /// Updates the cells of the map that is shown.
 void Picture::follow_map(const Model& model, const Choices& choices) {
+    if (follow_tone(model, choices)) return;
     const auto map = choices.map.shown ? model.map() : nullptr;
     MapChoice choice = choices.map.choice;
     choice.source = model.request.source;

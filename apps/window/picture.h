@@ -53,6 +53,9 @@ class Picture {
     void follow_size(const Model& model, const Box& area);
     void follow_patches(Model& model, const Choices& choices, double dt_s);
     void follow_map(const Model& model, const Choices& choices);
+    bool follow_tone(const Model& model, const Choices& choices);
+    std::string map_title(const Model& model, const ParameterText& text) const;
+    std::string wave_title(const Model& model) const;
     void draw_map_scale(const Model& model, const Screen& projection, ImVec2 corner,
                         ImDrawList& draw) const;
     void add_lines(const Model& model, const Choices& choices);
@@ -67,7 +70,15 @@ class Picture {
     PatchField field_;
     std::shared_ptr<const MappedRoom> map_;  ///< of the cells
     MapChoice map_choice_;                   ///< of the cells
-    std::optional<MapCells> cells_;          ///< of the map that is shown
+    /// The tone of the standing waves of the cells.
+    struct Tone {
+        std::shared_ptr<const StandingWaves> waves;  ///< null: a map, or nothing, is shown
+        Vec3 source{0};
+        float hz = 0;
+        friend bool operator==(const Tone&, const Tone&) = default;
+    };
+    Tone tone_;
+    std::optional<MapCells> cells_;  ///< of the map or the standing waves that are shown
     std::vector<std::uint8_t> sides_;
     std::uint64_t geometry_version_ = 0;
     std::uint64_t scene_version_ = 0;

@@ -36,18 +36,29 @@ void draw_name(ImDrawList& draw, const glm::vec2& at, const std::string& text,
 
 }  // namespace
 
+std::string Picture::map_title(const Model& model, const ParameterText& text) const {
+    const bool octave = map_choice_.band && map_choice_.parameter != kSpeechTransmission;
+    std::string title = text.symbol + (text.unit.empty() ? "" : " in " + text.unit) + ", " +
+                        (octave ? band_name(*map_choice_.band) + " Hz" : text.single) + ", " +
+                        model.scene().sources[map_choice_.source].name;
+    if (!model.map_is_current()) title += " (before the last change)";
+    return title;
+}
+
+std::string Picture::wave_title(const Model& model) const {
+    return "level in dB re 10 m in free field, " + fixed_text(double{tone_.hz}, 1) + " Hz, " +
+           model.scene().sources[model.request.source].name;
+}
+
 /// Draws the scale of the map's colours upwards from a corner, with the value at the mouse.
 void Picture::draw_map_scale(const Model& model, const Screen& projection, ImVec2 corner,
                              ImDrawList& draw) const {
     const float em = ImGui::GetFontSize();
     const float width = 16 * em;
     constexpr int kSteps = 64;
-    const ParameterText text = parameter_text(map_choice_.parameter);
-    const bool octave = map_choice_.band && map_choice_.parameter != kSpeechTransmission;
-    std::string title = text.symbol + (text.unit.empty() ? "" : " in " + text.unit) + ", " +
-                        (octave ? band_name(*map_choice_.band) + " Hz" : text.single) + ", " +
-                        model.scene().sources[map_choice_.source].name;
-    if (!model.map_is_current()) title += " (before the last change)";
+    const ParameterText text = parameter_text(
+        tone_.waves ? static_cast<std::size_t>(AcousticParameter::g) : map_choice_.parameter);
+    std::string title = tone_.waves ? wave_title(model) : map_title(model, text);
     const ImGuiIO& io = ImGui::GetIO();
     if (const auto point =
             on_level(projection.ray({io.MousePos.x, io.MousePos.y}), cells_->height_m());
@@ -215,7 +226,7 @@ void Picture::draw_legends(const Model& model, const Screen& projection, const B
                          "this method has no patches");
         corner.y -= 3 * em;
     }
-    if (cells_ && map_choice_.source < model.scene().sources.size())
+    if (cells_ && (tone_.waves || map_choice_.source < model.scene().sources.size()))
         draw_map_scale(model, projection, {corner.x, corner.y - 0.4F * em}, draw);
 }
 

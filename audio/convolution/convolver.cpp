@@ -8,24 +8,20 @@
 
 namespace aula {
 
-// The first level passes a filter on to the others from the end of its fade to that of the next
-// one. Their segments start where partitions of the first level do, and no step of its fade goes
-// beyond the end of a partition.
+// At the start of a segment a level takes what the first level uses at that sample: a filter from
+// its exchange to the end of the next one's fade.
 std::vector<char> levels_in_use(const ConvolutionShape& shape, std::size_t fade_samples,
                                 std::int64_t first, std::int64_t next) {
     const std::vector<PartitionLevel> levels = partition_levels(shape);
-    const auto part = static_cast<std::int64_t>(levels[0].size);
     const auto fade = static_cast<std::int64_t>(fade_samples);
     std::vector<char> used(levels.size(), 1);
-    if (first == 0 || next - first < fade + part) return used;
-    const std::int64_t begin = first + fade;
-    const std::int64_t end = next + fade;
+    if (first == 0 || next - first < fade) return used;
     for (std::size_t l = 1; l < levels.size(); ++l) {
         const auto size = static_cast<std::int64_t>(levels[l].size);
         const auto lead = static_cast<std::int64_t>(lead_samples(shape, l));
         // Segments start at multiples of the size less the lead.
-        const std::int64_t start = (begin + lead + size - 1) / size * size - lead;
-        used[l] = start < end ? 1 : 0;
+        const std::int64_t start = (first + lead + size - 1) / size * size - lead;
+        used[l] = start < next + fade ? 1 : 0;
     }
     return used;
 }
@@ -52,7 +48,7 @@ Convolver& Convolver::operator=(Convolver&&) noexcept = default;
 
 bool Convolver::fading() const noexcept { return state_->head.fading(); }
 
-std::size_t Convolver::max_filters() const noexcept { return 2 * (1 + state_->tails.size()); }
+std::size_t Convolver::max_filters() const noexcept { return 2 + 4 * state_->tails.size(); }
 
 void Convolver::exchange(const ConvolutionFilter* filter) noexcept {
     assert(filter != nullptr);
@@ -89,9 +85,9 @@ void Convolver::process(std::span<const float* const> inputs, std::span<float* c
     for (std::size_t done = 0; done < samples;) {
         // Segments of all levels end where partitions of the first level end.
         const std::size_t part = std::min(samples - done, s.head.room());
-        const ConvolutionFilter* const filter = s.head.current();
+        const FilterBlend blend = s.head.blend();
         s.head.process(inputs, outputs, done, part);
-        for (TailLevel& tail : s.tails) tail.process(inputs, outputs, done, part, filter);
+        for (TailLevel& tail : s.tails) tail.process(inputs, outputs, done, part, blend);
         done += part;
     }
 }

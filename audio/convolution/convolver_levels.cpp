@@ -1,6 +1,7 @@
 #include "audio/convolution/convolver_levels.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <utility>
 
@@ -22,6 +23,45 @@ std::size_t slice_count(std::size_t products) {
     return (products + kProductsPerTask - 1) / kProductsPerTask;
 }
 
+/// A partition with its weights in two blends.
+struct BlendedPartition {
+    FilterPartition partition;
+    float current = 0;
+    float next = 0;
+};
+
+/// The different ones of two blends, at most four.
+class BlendedPartitions {
+ public:
+    std::span<const BlendedPartition> all() const noexcept { return {partitions_.data(), count_}; }
+
+    /// Adds the partitions of a blend that are not silent.
+    void add(const FilterBlend& blend, std::size_t level, std::size_t input, std::size_t index,
+             float BlendedPartition::*weight) noexcept {
+        add(blend.from, 1 - blend.weight, level, input, index, weight);
+        add(blend.to, blend.weight, level, input, index, weight);
+    }
+
+ private:
+    void add(const ConvolutionFilter* filter, float weight, std::size_t level, std::size_t input,
+             std::size_t index, float BlendedPartition::*member) noexcept {
+        if (filter == nullptr || weight == 0) return;
+        const FilterPartition& partition = filter->partitions(level, input)[index];
+        if (partition.spectra == nullptr) return;
+        const auto end = partitions_.begin() + static_cast<std::ptrdiff_t>(count_);
+        const auto same = std::find_if(partitions_.begin(), end, [&](const BlendedPartition& p) {
+            return p.partition.spectra == partition.spectra;
+        });
+        if (same == end) *same = {partition, 0, 0}, ++count_;
+        float& sum = (*same).*member;
+        // A partition that both filters have is there as a whole, without an error by rounding.
+        sum = sum == 0 ? weight : 1;
+    }
+
+    std::array<BlendedPartition, 4> partitions_{};
+    std::size_t count_ = 0;
+};
+
 }  // namespace
 
 FrequencyDomainDelayLine::FrequencyDomainDelayLine(std::size_t inputs, const PartitionLevel& level)
@@ -34,31 +74,29 @@ LevelSums::LevelSums(const ConvolutionShape& shape, const PartitionLevel& level,
       multiply_add_(level.half_precision ? best_kernels().multiply_add_half
                                          : best_kernels().multiply_add) {
     for (Terms* const terms : {&shared_, &current_only_, &next_only_}) {
-        terms->terms.resize(inputs_ * level.count);
+        terms->terms.resize(kTermsPerPartition * inputs_ * level.count);
     }
 }
 
-void LevelSums::collect(FrequencyDomainDelayLine& history, const ConvolutionFilter* current,
-                        const ConvolutionFilter* next, std::size_t first,
-                        std::size_t last) noexcept {
+void LevelSums::collect(FrequencyDomainDelayLine& history, const FilterBlend& current,
+                        const FilterBlend& next, std::size_t first, std::size_t last) noexcept {
     shared_.count = current_only_.count = next_only_.count = 0;
-    constexpr FilterPartition kSilence;
     for (std::size_t i = 0; i < inputs_; ++i) {
-        const FilterPartition* const current_partitions =
-            current ? current->partitions(index_, i) : nullptr;
-        const FilterPartition* const next_partitions = next ? next->partitions(index_, i) : nullptr;
         for (std::size_t p = first; p < last; ++p) {
-            const FilterPartition& from = current_partitions ? current_partitions[p] : kSilence;
-            const FilterPartition& to = next_partitions ? next_partitions[p] : kSilence;
-            const auto append = [&](Terms& list, const FilterPartition& filter) {
-                if (filter.spectra == nullptr) return;
-                list.terms[list.count++] = {history.spectrum(i, p), filter.spectra, filter.scale};
+            BlendedPartitions partitions;
+            partitions.add(current, index_, i, p, &BlendedPartition::current);
+            partitions.add(next, index_, i, p, &BlendedPartition::next);
+            const auto append = [&](Terms& list, const BlendedPartition& from, float weight) {
+                list.terms[list.count++] = {history.spectrum(i, p), from.partition.spectra,
+                                            weight * from.partition.scale};
             };
-            if (from.spectra == to.spectra) {
-                append(shared_, from);
-            } else {
-                append(current_only_, from);
-                append(next_only_, to);
+            for (const BlendedPartition& from : partitions.all()) {
+                if (from.current == from.next) {
+                    append(shared_, from, from.current);
+                    continue;
+                }
+                if (from.current != 0) append(current_only_, from, from.current);
+                if (from.next != 0) append(next_only_, from, from.next);
             }
         }
     }
@@ -132,7 +170,7 @@ HeadLevel::HeadLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       history_(shape.inputs, level),
       past_(shape, level, 0),
       present_(shape, level, 0),
-      fade_(fade_samples),
+      fade_(rounded_line(fade_samples)),
       windows_(shape.inputs * 2 * level.size),
       work_(transform_.work_floats()),
       output_(level.size),
@@ -161,8 +199,8 @@ void HeadLevel::process(std::span<const float* const> inputs, std::span<float* c
     const ConvolutionFilter* const next = fading() ? next_ : current_;
     const std::size_t chunks = transform_.chunks();
     if (!past_ready_) {
-        past_.collect(history_, current_, next, 1, level_.count);
-        present_.collect(history_, current_, next, 0, 1);
+        past_.collect(history_, {current_}, {next}, 1, level_.count);
+        present_.collect(history_, {current_}, {next}, 0, 1);
     }
     const bool differs = past_.differs() || present_.differs();
     if (!past_ready_) past_.set(chunks, differs, past_sums_.data(), next_past_sums_.data());
@@ -209,7 +247,7 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
       transform_(level.size),
       history_(shape.inputs, level),
       sums_(shape, level, index),
-      fade_(raised_cosine(level.size)),
+      fade_(rounded_line(level.size)),
       product_cost_(product_cost(shape, level, false)),
       exchanging_cost_(product_cost(shape, level, true)),
       step_cost_(transform_cost(level.size) / static_cast<double>(transform_.steps())),
@@ -228,7 +266,7 @@ TailLevel::TailLevel(const ConvolutionShape& shape, const PartitionLevel& level,
 
 void TailLevel::process(std::span<const float* const> inputs, std::span<float* const> outputs,
                         std::size_t offset, std::size_t samples,
-                        const ConvolutionFilter* newest) noexcept {
+                        const FilterBlend& newest) noexcept {
     assert(position_ + samples <= level_.size);
     if (position_ == 0) start_segment(newest);
     for (std::size_t i = 0; i < inputs_; ++i) {
@@ -244,7 +282,7 @@ void TailLevel::process(std::span<const float* const> inputs, std::span<float* c
     if (position_ == level_.size) finish_segment();
 }
 
-void TailLevel::start_segment(const ConvolutionFilter* newest) noexcept {
+void TailLevel::start_segment(const FilterBlend& newest) noexcept {
     history_.advance();
     next_ = newest;
     sums_.collect(history_, current_, next_, 0, level_.count);
@@ -312,7 +350,7 @@ void TailLevel::transform_output(std::size_t task) noexcept {
 void TailLevel::finish_segment() noexcept {
     if (output_tasks_ == 0) std::fill(computed_.begin(), computed_.end(), 0.0F);
     std::swap(playing_, computed_);
-    current_ = std::exchange(next_, nullptr);
+    current_ = std::exchange(next_, {});
     position_ = 0;
     incoming_ = incoming_ == 2 ? 0 : incoming_ + 1;
 }

@@ -32,15 +32,26 @@ class FrequencyDomainDelayLine {
     AlignedVector<float> spectra_;
 };
 
-/// Sums of products of spectra at one level for the filter that fades out, `current`, and the one
-/// that fades in, `next`. A null filter is silence. Partitions that both share are multiplied once.
+/// A filter, or two within an exchange. A null filter is silence.
+struct FilterBlend {
+    const ConvolutionFilter* from = nullptr;
+    const ConvolutionFilter* to = nullptr;
+    float weight = 0;  ///< of `to`; that of `from` is the rest to 1
+
+    bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
+        return filter == from || filter == to;
+    }
+};
+
+/// Sums of products of spectra at one level for what fades out, `current`, and what fades in,
+/// `next`. Partitions that both share are multiplied once.
 class LevelSums {
  public:
     LevelSums(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
 
     /// Lists the products of the partitions [first, last).
-    void collect(FrequencyDomainDelayLine& history, const ConvolutionFilter* current,
-                 const ConvolutionFilter* next, std::size_t first,
+    void collect(FrequencyDomainDelayLine& history, const FilterBlend& current,
+                 const FilterBlend& next, std::size_t first,
                  std::size_t last) noexcept AULA_NONBLOCKING;
 
     std::size_t product_count() const noexcept AULA_NONBLOCKING {
@@ -100,8 +111,11 @@ class HeadLevel {
     void exchange(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING;
     bool fading() const noexcept AULA_NONBLOCKING { return next_ != nullptr; }
 
-    /// The filter in use; during a fade the one that fades out.
-    const ConvolutionFilter* current() const noexcept AULA_NONBLOCKING { return current_; }
+    /// What is in use at the next sample.
+    FilterBlend blend() const noexcept AULA_NONBLOCKING {
+        if (!fading()) return {current_};
+        return {current_, next_, fade_.weight(0)};
+    }
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
         return filter == current_ || filter == next_;
     }
@@ -134,28 +148,29 @@ class HeadLevel {
 
 /// A level whose latency is two segments of one partition's length each: a segment of input is
 /// received, then convolved while the next one is received, and its output is played in the segment
-/// after that. The work is divided into small tasks at an even pace. A filter is exchanged at the
-/// start of a segment: the output computed in that segment crossfades to the newest filter. No two
+/// after that. The work is divided into small tasks at an even pace. The output computed in a
+/// segment crossfades to the blend that the first level uses at the start of that segment: it
+/// follows the exchanges of the first level, two segments later and in straight lines. No two
 /// levels start segments in the same block.
 class TailLevel {
  public:
     TailLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
 
     void start_with(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING {
-        current_ = next_ = filter;
+        current_ = next_ = {filter};
     }
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
-        return filter == current_ || filter == next_;
+        return current_.uses(filter) || next_.uses(filter);
     }
 
     /// Adds to samples [offset, offset + samples) of the outputs, not beyond the end of a segment.
     /// The next segment uses `newest`.
     void process(std::span<const float* const> inputs, std::span<float* const> outputs,
                  std::size_t offset, std::size_t samples,
-                 const ConvolutionFilter* newest) noexcept AULA_NONBLOCKING;
+                 const FilterBlend& newest) noexcept AULA_NONBLOCKING;
 
  private:
-    void start_segment(const ConvolutionFilter* newest) noexcept AULA_NONBLOCKING;
+    void start_segment(const FilterBlend& newest) noexcept AULA_NONBLOCKING;
     void finish_segment() noexcept AULA_NONBLOCKING;
     void work_until(double due) noexcept AULA_NONBLOCKING;
     void transform_input(std::size_t task) noexcept AULA_NONBLOCKING;
@@ -175,9 +190,9 @@ class TailLevel {
     BlockTransform transform_;
     FrequencyDomainDelayLine history_;
     LevelSums sums_;
-    const ConvolutionFilter* current_ = nullptr;
-    const ConvolutionFilter* next_ = nullptr;
-    std::vector<float> fade_;  ///< raised cosine over a segment
+    FilterBlend current_;
+    FilterBlend next_;
+    std::vector<float> fade_;  ///< over a segment
     double product_cost_;      ///< cost of a chunk's product with an unchanged filter
     double exchanging_cost_;   ///< cost of a chunk's product during an exchange
     double step_cost_;         ///< cost of a step of a transform

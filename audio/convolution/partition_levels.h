@@ -25,6 +25,9 @@ inline constexpr std::size_t kMaxLevels = 4;
 /// increase from level to level, up to 8192. Deterministic.
 std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape);
 
+/// Most terms of a partition in a sum of products: those of two filters within an exchange.
+inline constexpr std::size_t kTermsPerPartition = 2;
+
 /// Samples by which the segments of level `index` > 0 start before multiples of its size.
 std::size_t lead_samples(const ConvolutionShape& shape, std::size_t index);
 

@@ -15,10 +15,10 @@ inline constexpr std::size_t kChunk_bins = 16;
 inline constexpr std::size_t kChunk_floats = 2 * kChunk_bins;
 
 /// A term of a sum: the product of an input's spectrum with its filters to all outputs, stored as
-/// [chunk][output]. Filters are floats, or half-precision numbers times `scale`.
+/// [chunk][output], times `scale`.
 struct SpectralTerm {
     const float* input = nullptr;
-    const void* filters = nullptr;
+    const void* filters = nullptr;  ///< floats, or half-precision numbers
     float scale = 1;
 };
 

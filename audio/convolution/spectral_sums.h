@@ -47,7 +47,6 @@ template <typename Number, std::size_t kChunks, std::size_t kOutputs, std::size_
 void sum_tile(const SpectralTerms& terms, std::size_t outputs, std::size_t input_offset,
               std::size_t offset, float* sums) {
     using V = Vector<kWidest>;
-    constexpr bool kScaled = sizeof(typename Number::Element) == 2;
     const std::size_t stride = outputs * kChunk_floats;
     const std::size_t next_tile = kChunks > 1 ? kChunks * stride : kOutputs * kChunk_floats;
     V re[kChunks][kOutputs][kParts];
@@ -87,10 +86,8 @@ void sum_tile(const SpectralTerms& terms, std::size_t outputs, std::size_t input
                 const float* const bins = x + c * kChunk_floats + p * kWidest;
                 V x_re = load<kWidest>(bins);
                 V x_im = load<kWidest>(bins + kChunk_bins);
-                if constexpr (kScaled) {
-                    x_re *= terms.first[k].scale;
-                    x_im *= terms.first[k].scale;
-                }
+                x_re *= terms.first[k].scale;
+                x_im *= terms.first[k].scale;
 #pragma GCC unroll 16
                 for (std::size_t o = 0; o < kOutputs; ++o) {
                     const auto* const filter = h + c * stride + o * kChunk_floats + p * kWidest;

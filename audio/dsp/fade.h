@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "aula/audio/realtime.h"
@@ -13,14 +14,21 @@ namespace aula {
 /// Fade-in weights: the rising half of a raised cosine. Reversed they are one minus themselves.
 std::vector<float> raised_cosine(std::size_t samples);
 
-/// Position within a raised-cosine fade from 0 to 1. Fade-in and fade-out weights sum to one.
-/// Copies share the curve. [one thread; wait-free except the constructor]
+/// Fade-in weights on a straight line with rounded corners. What rises or falls steadily through
+/// several fades in sequence nearly does so in one line. Reversed they are one minus themselves.
+std::vector<float> rounded_line(std::size_t samples);
+
+/// Position within a fade from 0 to 1. Fade-in and fade-out weights sum to one. Copies share the
+/// curve. [one thread; wait-free except the constructors]
 class Fade {
  public:
-    /// done() until start().
-    explicit Fade(std::size_t samples)
-        : curve_(std::make_shared<const std::vector<float>>(raised_cosine(samples))),
-          position_(samples) {}
+    /// On a raised cosine; done() until start().
+    explicit Fade(std::size_t samples) : Fade(raised_cosine(samples)) {}
+
+    /// On a given curve: fade-in weights that reversed are one minus themselves.
+    explicit Fade(std::vector<float> weights)
+        : curve_(std::make_shared<const std::vector<float>>(std::move(weights))),
+          position_(curve_->size()) {}
 
     void start() noexcept AULA_NONBLOCKING { position_ = 0; }
 

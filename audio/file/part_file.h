@@ -27,8 +27,9 @@ class PartFile {
     /// for instance if the disk is full. Nothing may be written afterwards.
     void commit();
 
-    /// Removes the unfinished files of all threads before the program exits immediately, and renames
-    /// those that commit() is flushing. Afterwards constructor, destructor and commit() block.
+    /// Removes the unfinished files of all threads before the program exits immediately, and
+    /// renames those that commit() is flushing. Afterwards constructor, destructor and commit()
+    /// block.
     static void abandon_all();
 
  private:

@@ -5,13 +5,14 @@
 namespace aula {
 
 FramePhase::FramePhase(std::size_t frame_samples, std::size_t block, std::size_t fade_samples)
-    : frame_(static_cast<std::int64_t>(frame_samples)), latest_(static_cast<std::int64_t>(block)) {
+    : frame_(static_cast<std::int64_t>(frame_samples)),
+      is_exact_(fade_samples <= frame_samples && block <= frame_samples),
+      latest_(static_cast<std::int64_t>(block)) {
     // Frames that are shorter than a fade are taken at calls, a fade apart.
-    const std::size_t calls = (fade_samples + block - 1) / block;
-    if (calls * block > frame_samples) latest_ = static_cast<std::int64_t>(calls * block);
+    if (!is_exact_) latest_ = static_cast<std::int64_t>((fade_samples + block - 1) / block * block);
 }
 
-std::size_t FramePhase::take(std::int64_t now) noexcept {
+std::int64_t FramePhase::take(std::int64_t now) noexcept {
     const std::int64_t frames = (now - due_) / frame_;
     if (is_first_ || frames < 1) {
         // A frame that is taken earlier than the others was due then, at the latest.
@@ -20,7 +21,7 @@ std::size_t FramePhase::take(std::int64_t now) noexcept {
         due_ = std::max(due_ + frames * frame_, now - latest_);
     }
     is_first_ = false;
-    return static_cast<std::size_t>(frame_ + latest_ - (now - due_));
+    return due_ + latest_ + frame_;
 }
 
 }  // namespace aula

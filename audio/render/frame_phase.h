@@ -14,15 +14,20 @@ namespace aula {
 class FramePhase {
  public:
     /// A frame is due every `frame_samples`. It is taken at the start of a call of at most `block`
-    /// samples, and not before `fade_samples` after the last one.
+    /// samples. If it is not exact, frames are taken when a fade has ended.
     FramePhase(std::size_t frame_samples, std::size_t block, std::size_t fade_samples);
 
-    /// Takes a frame at sample `now` of the output. Returns the number of samples after which the
-    /// motion reaches its state: not before the next frame is taken, if that is in time.
-    std::size_t take(std::int64_t now) noexcept AULA_NONBLOCKING;
+    /// Takes a frame at sample `now` of the output. Returns the sample at which the motion reaches
+    /// its state: not before the next frame takes effect, if that is in time.
+    std::int64_t take(std::int64_t now) noexcept AULA_NONBLOCKING;
+
+    /// Whether a frame takes effect when the fade to the previous one has ended, within a call:
+    /// fades and blocks are no longer than a frame.
+    bool is_exact() const noexcept AULA_NONBLOCKING { return is_exact_; }
 
  private:
     std::int64_t frame_;
+    bool is_exact_;
     std::int64_t latest_;   ///< longest time from due to taken
     std::int64_t due_ = 0;  ///< time of the last frame
     bool is_first_ = true;

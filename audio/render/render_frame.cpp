@@ -27,7 +27,12 @@ constexpr std::size_t kShortestTurn_samples = 64;
 constexpr std::size_t kMovingEarly = 20;
 constexpr std::size_t kMaxMovingEarly = 10;
 
-constexpr double kFade_s = 1024.0 / 48000;
+// Phases of a walk turn by less than half a period from step to step up to 1.3 kHz.
+constexpr double kSteps_hz = 30;
+// Each has a filter.
+constexpr double kMostSteps = 4;
+
+constexpr double kPathFade_s = 1024.0 / 48000;
 constexpr std::size_t kShortestFade_samples = 512;
 
 // Several filters are in use at a time. Larger ones have a tail of half precision.
@@ -71,6 +76,11 @@ int frame_samples(const RendererConfig& config) {
     return static_cast<int>(std::max(1L, std::lround(config.frame_s * config.sample_rate_hz)));
 }
 
+std::size_t frame_steps(const RendererConfig& config) {
+    return static_cast<std::size_t>(
+        std::clamp(std::ceil(config.frame_s * kSteps_hz - 1e-6), 1.0, kMostSteps));
+}
+
 RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     const bool binaural = config.output == OutputFormat::binaural;
     assert(!binaural || hrtf != nullptr);
@@ -99,10 +109,13 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     longest_delay_samples =
         std::max(config.response_samples, to_samples(config.longest_delay_s, rate));
 
-    // A fade ends before the next frame, with a margin of one block for jitter. Very short frames
+    // From step to step, so that what moves steadily does so without a pause. Very short frames
     // have to wait, since a shorter fade would be audible.
-    const std::size_t frame_left = path.frame_samples > block ? path.frame_samples - block : 0;
-    fade_samples = std::max(kShortestFade_samples, std::min(to_samples(kFade_s, rate), frame_left));
+    steps = frame_steps(config);
+    const double step_samples = config.frame_s * rate / static_cast<double>(steps);
+    fade_samples =
+        std::max(kShortestFade_samples, static_cast<std::size_t>(std::floor(step_samples + 1e-6)));
+    path_fade_samples = std::min(to_samples(kPathFade_s, rate), fade_samples);
 }
 
 std::size_t moving_early_paths(std::size_t sources) {
@@ -111,8 +124,9 @@ std::size_t moving_early_paths(std::size_t sources) {
 }
 
 RenderFrame::Parts::Parts(const RenderShape& shape)
-    : reverberation(shape.reverberation),
-      paths(shape.reverberation.inputs, std::vector<PathSound>(shape.moving_paths)) {
+    : paths(shape.reverberation.inputs, std::vector<PathSound>(shape.moving_paths)) {
+    for (std::size_t step = 0; step < shape.steps; ++step)
+        reverberation.emplace_back(shape.reverberation);
     for (std::vector<PathSound>& source : paths) {
         for (PathSound& path : source) path.filter.resize(shape.path.filter_taps);
     }

@@ -20,7 +20,9 @@ struct RenderShape {
     std::size_t path_taps;              ///< of its filter, where they give the levels of octaves
     std::size_t moving_paths;           ///< per source at most: direct sound and early paths
     std::size_t longest_delay_samples;  ///< of a moving path
-    std::size_t fade_samples;           ///< of an exchange of frames
+    std::size_t steps;                  ///< in which the reverberation changes within a frame
+    std::size_t fade_samples;           ///< of the reverberation, from step to step
+    std::size_t path_fade_samples;      ///< between different paths
 };
 
 /// Early paths that move through delay lines, of each of so many sources.
@@ -29,7 +31,7 @@ std::size_t moving_early_paths(std::size_t sources);
 struct RenderFrame::Parts {
     explicit Parts(const RenderShape& shape);
 
-    ConvolutionFilter reverberation;
+    std::vector<ConvolutionFilter> reverberation;  ///< [step]
     std::vector<std::vector<PathSound>> paths;  ///< [source][moving path], the direct sound first
 };
 

@@ -35,7 +35,8 @@ struct RenderFrameBuilder::State {
           early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
           delayed(shape.early_taps + kInterpolationTaps - 1),
           moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
-          absent(config.sources, 1) {}
+          absent(config.sources, 1),
+          levels(shape.steps) {}
 
     RendererConfig config;
     std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
@@ -49,10 +50,11 @@ struct RenderFrameBuilder::State {
     AlignedVector<float> delayed;
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
     std::vector<char> absent;                        ///< [source] in the frame before
-    std::vector<char> levels;  ///< of the reverberation that use the frame; empty: all
+    /// [step] Levels of the reverberation that use it; empty: all.
+    std::vector<std::vector<char>> levels;
 
     void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t max);
-    void omit(std::size_t source, RenderFrame& frame);
+    void omit(std::size_t source, RenderFrame& frame, std::size_t step);
     void add_early(const DiscretePath& path, float gain, Responses& responses);
     void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
 };
@@ -63,26 +65,44 @@ RenderFrameBuilder::RenderFrameBuilder(const RendererConfig& config,
 
 RenderFrameBuilder::~RenderFrameBuilder() = default;
 
+void RenderFrameBuilder::restart() {
+    for (std::vector<std::uint64_t>& slots : state_->moving)
+        std::fill(slots.begin(), slots.end(), 0);
+    std::fill(state_->absent.begin(), state_->absent.end(), 1);
+    for (std::vector<char>& used : state_->levels) used.clear();
+}
+
 std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
     return std::make_unique<RenderFrame>(std::make_unique<RenderFrame::Parts>(state_->shape));
 }
 
 void RenderFrameBuilder::set_exchange(std::int64_t first, std::int64_t next) {
     const RenderShape& shape = state_->shape;
-    state_->levels = levels_in_use(shape.reverberation, shape.fade_samples, first, next);
+    // Frames take effect up to a block later.
+    const auto block = static_cast<std::int64_t>(shape.path.block);
+    const auto steps = static_cast<std::int64_t>(shape.steps);
+    for (std::int64_t step = 0; step < steps; ++step) {
+        const std::int64_t begin = first + (next - first) * step / steps;
+        const std::int64_t end = first + (next - first) * (step + 1) / steps;
+        state_->levels[static_cast<std::size_t>(step)] =
+            first == 0 ? std::vector<char>{}
+                       : levels_in_use(shape.reverberation, shape.fade_samples, begin, end + block);
+    }
 }
 
 void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFrame& frame) {
     assert(sources.size() == state_->config.sources);
     const auto present = static_cast<std::size_t>(std::count_if(
         sources.begin(), sources.end(), [](const auto& source) { return !source.absent; }));
-    for (std::size_t i = 0; i < sources.size(); ++i) prepare(i, sources[i], present, frame);
+    for (std::size_t step = 0; step < state_->shape.steps; ++step)
+        for (std::size_t i = 0; i < sources.size(); ++i)
+            prepare(i, sources[i], present, frame, step);
 }
 
 void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, std::size_t present,
-                                 RenderFrame& frame) {
+                                 RenderFrame& frame, std::size_t step) {
     State& s = *state_;
-    if (source.absent) return s.omit(index, frame);
+    if (source.absent) return s.omit(index, frame, step);
     s.absent[index] = 0;
     // Not kept: of 16 channels it would be a fifth of a renderer's memory.
     Responses responses(s.shape.reverberation.outputs,
@@ -104,11 +124,13 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
 
     std::vector<PathSound>& paths = frame.parts->paths[index];
     for (PathSound& path : paths) path.present = false;
-    if (source.direct) s.prepare_path(*source.direct, source.gain, paths[0]);
-    s.choose_moving(index, source.early, moving_early_paths(present));
+    const bool is_last = step + 1 == s.shape.steps;
+    if (source.direct && is_last) s.prepare_path(*source.direct, source.gain, paths[0]);
+    if (step == 0) s.choose_moving(index, source.early, moving_early_paths(present));
     for (const DiscretePath& path : source.early) {
         const auto slot = std::find(s.moving[index].begin(), s.moving[index].end(), path.id);
         if (path.id != 0 && slot != s.moving[index].end()) {
+            if (!is_last) continue;
             s.prepare_path(path, source.gain,
                            paths[1 + static_cast<std::size_t>(slot - s.moving[index].begin())]);
         } else {
@@ -116,20 +138,20 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
         }
     }
     const std::vector<std::span<const float>> views(responses.begin(), responses.end());
-    s.transform.transform(views, index, frame.parts->reverberation, s.levels);
+    s.transform.transform(views, index, frame.parts->reverberation[step], s.levels[step]);
 }
 
-void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame) {
+void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame, std::size_t step) {
     for (PathSound& path : frame.parts->paths[source]) path.present = false;
     std::fill(moving[source].begin(), moving[source].end(), 0);
     if (absent[source]) {
-        transform.repeat(source, frame.parts->reverberation);
+        transform.repeat(source, frame.parts->reverberation[step]);
         return;
     }
     absent[source] = 1;
     // All levels, so that later frames can repeat them.
     const std::vector<std::span<const float>> silence(shape.reverberation.outputs);
-    transform.transform(silence, source, frame.parts->reverberation);
+    transform.transform(silence, source, frame.parts->reverberation[step]);
 }
 
 /// Assigns the strongest `max` early paths to slots of moving paths. A path keeps its slot while it

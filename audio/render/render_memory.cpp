@@ -17,8 +17,8 @@ constexpr std::size_t kFloat = sizeof(float);
 std::size_t convolution_bytes(const ConvolutionShape& shape) {
     std::size_t bytes = 0;
     for (const PartitionLevel& level : partition_levels(shape))
-        bytes +=
-            (2 * level.count + 3) * level.size * kFloat + 3 * level.count * sizeof(SpectralTerm);
+        bytes += (2 * level.count + 3) * level.size * kFloat +
+                 3 * kTermsPerPartition * level.count * sizeof(SpectralTerm);
     return bytes;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 #include <utility>
 
 #include "audio/dsp/fade.h"
@@ -44,18 +45,22 @@ class Decoder {
 }  // namespace
 
 struct Renderer::State {
+    static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+
     State(const RendererConfig& settings, std::shared_ptr<const Hrtf> head)
         : config(settings),
           hrtf(std::move(head)),
           shape(settings, hrtf.get()),
           reverberation(shape.reverberation, shape.fade_samples),
-          held(reverberation.max_filters()),
+          held(reverberation.max_filters() + 1),
           phase(shape.path.frame_samples, shape.path.block, shape.fade_samples),
           rotation(field_order(settings), shape.path.turn_samples),
-          ambisonics(ambisonic_channels(field_order(settings))) {
+          ambisonics(ambisonic_channels(field_order(settings))),
+          part_inputs(config.sources),
+          part_outputs(channel_count(config.output)) {
         // A path that starts reads the history of its filter, delayed further for each ear.
         const std::size_t history = 2 * shape.path.filter_taps;
-        const Fade fade(shape.fade_samples);
+        const Fade fade(shape.path_fade_samples);
         for (std::size_t i = 0; i < config.sources; ++i) {
             lines.emplace_back(interpolator, shape.longest_delay_samples, history,
                                shape.path.block);
@@ -78,12 +83,17 @@ struct Renderer::State {
     FractionalDelay interpolator;
     Convolver reverberation;
 
-    /// Frames in use, from the oldest to the newest.
+    /// Frames in use, from the oldest to the newest, and one whose use has ended in this call.
     std::vector<RenderFrame*> held;
     std::size_t held_count = 0;
     std::int64_t newest_stamp = 0;
     FramePhase phase;
-    std::int64_t rendered = 0;  ///< samples
+    RenderFrame* waiting = nullptr;  ///< taken, not yet in effect
+    std::int64_t reached_at = 0;     ///< by the motion to its state
+    std::int64_t frame_begin = 0;    ///< of the newest frame
+    std::size_t step = 0;            ///< of the newest frame, the next to begin
+    std::int64_t fade_end = 0;       ///< of the last exchange
+    std::int64_t rendered = 0;       ///< samples
 
     FieldRotation rotation;
     std::vector<DelayLine> lines;                ///< [source]
@@ -93,25 +103,85 @@ struct Renderer::State {
     std::vector<AlignedVector<float>> ambisonics;  ///< [channel], binaural output only
     std::vector<float*> field;                     ///< pointers to its channels
     std::vector<const float*> const_field;
+    std::vector<const float*> part_inputs;  ///< of the part of a call that is being rendered
+    std::vector<float*> part_outputs;       ///< likewise
 
-    void exchange(RenderFrame* frame, const HeadRotation& head) noexcept AULA_NONBLOCKING {
+    /// Takes the newest frame, if none is waiting.
+    void take(Mailbox<RenderFrame>& mailbox) noexcept AULA_NONBLOCKING {
+        if (waiting != nullptr || (!phase.is_exact() && reverberation.fading())) return;
+        waiting = mailbox.take();
+        if (waiting != nullptr) reached_at = phase.take(rendered);
+    }
+
+    /// Begins the frame or the step whose time has come. Returns how many of `samples` samples are
+    /// rendered before the next one.
+    std::size_t exchange(const HeadRotation& head, std::size_t samples) noexcept AULA_NONBLOCKING {
+        const std::int64_t frame = waiting != nullptr ? rendered : kNever;
+        const std::int64_t next = std::max(std::min(frame, step_begin()), fade_end);
+        if (next > rendered)
+            return static_cast<std::size_t>(
+                std::min(static_cast<std::int64_t>(samples), next - rendered));
+        if (frame <= rendered) {
+            begin_frame(head);
+        } else {
+            begin_step();
+        }
+        return exchange(head, samples);
+    }
+
+    /// When the next step of the newest frame begins.
+    std::int64_t step_begin() const noexcept AULA_NONBLOCKING {
+        if (held_count == 0 || step == shape.steps) return kNever;
+        return frame_begin +
+               static_cast<std::int64_t>(step * shape.path.frame_samples / shape.steps);
+    }
+
+    void begin_step() noexcept AULA_NONBLOCKING {
+        assert(!reverberation.fading());
+        reverberation.exchange(&held[held_count - 1]->parts->reverberation[step++]);
+        fade_end = rendered + static_cast<std::int64_t>(shape.fade_samples);
+    }
+
+    void begin_frame(const HeadRotation& head) noexcept AULA_NONBLOCKING {
         assert(held_count < held.size());
+        RenderFrame* const frame = std::exchange(waiting, nullptr);
+        // Of the first frame, which takes effect without a fade, only the last step counts.
+        step = held_count == 0 ? shape.steps - 1 : 0;
         held[held_count++] = frame;
         newest_stamp = frame->stamp;
-        reverberation.exchange(&frame->parts->reverberation);
-        const std::size_t samples = phase.take(rendered);
+        frame_begin = rendered;
+        begin_step();
         for (std::size_t i = 0; i < paths.size(); ++i) {
             for (std::size_t p = 0; p < paths[i].size(); ++p) {
-                paths[i][p].exchange(&frame->parts->paths[i][p], lines[i], head, samples);
+                paths[i][p].exchange(&frame->parts->paths[i][p], lines[i], head,
+                                     static_cast<std::size_t>(reached_at - rendered));
             }
         }
     }
 
+    /// Renders samples [offset, offset + samples) of a call.
+    void render(std::span<const float* const> inputs, const HeadRotation& head,
+                std::span<float* const> outputs, std::size_t offset,
+                std::size_t samples) noexcept AULA_NONBLOCKING {
+        for (std::size_t i = 0; i < inputs.size(); ++i) part_inputs[i] = inputs[i] + offset;
+        for (std::size_t o = 0; o < outputs.size(); ++o) part_outputs[o] = outputs[o] + offset;
+        const std::span<float* const> part(part_outputs);
+        const std::span<float* const> ambisonic = decoder ? std::span<float* const>(field) : part;
+        reverberation.process(part_inputs, ambisonic, samples);
+        if (!decoder) add_paths(head, part, samples);
+        rotation.process(ambisonic, samples);
+        if (decoder) {
+            decoder->process(const_field, part, samples);
+            add_paths(head, part, samples);
+        }
+        rendered += static_cast<std::int64_t>(samples);
+    }
+
     /// Adds all moving paths to the outputs: the ears or the field.
-    void add_paths(std::span<const float* const> inputs, const HeadRotation& head,
-                   std::span<float* const> out, std::size_t samples) noexcept AULA_NONBLOCKING {
+    void add_paths(const HeadRotation& head, std::span<float* const> out,
+                   std::size_t samples) noexcept AULA_NONBLOCKING {
         for (std::size_t i = 0; i < paths.size(); ++i) {
-            lines[i].write(inputs[i], samples);
+            lines[i].write(part_inputs[i], samples);
             for (MovingPath& path : paths[i]) path.process(lines[i], head, out, samples);
             lines[i].advance(samples);
         }
@@ -122,8 +192,14 @@ struct Renderer::State {
     void release(Mailbox<RenderFrame>& mailbox) noexcept AULA_NONBLOCKING {
         std::size_t kept = 0;
         for (std::size_t i = 0; i < held_count; ++i) {
-            reverberation.release_unused(&held[i]->parts->reverberation);
-            if (reverberation.uses(&held[i]->parts->reverberation)) {
+            const std::vector<ConvolutionFilter>& filters = held[i]->parts->reverberation;
+            const bool is_newest = i + 1 == held_count;
+            bool is_used = is_newest;
+            for (std::size_t f = 0; f < (is_newest ? step : filters.size()); ++f) {
+                reverberation.release_unused(&filters[f]);
+                is_used = is_used || reverberation.uses(&filters[f]);
+            }
+            if (is_used) {
                 held[kept++] = held[i];
             } else {
                 mailbox.give_back(held[i]);
@@ -134,13 +210,14 @@ struct Renderer::State {
 };
 
 Renderer::Renderer(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf)
-    : state_(std::make_unique<State>(config, std::move(hrtf))), mailbox_(state_->held.size()) {}
+    : state_(std::make_unique<State>(config, std::move(hrtf))), mailbox_(max_frames_held()) {}
 
 Renderer::~Renderer() {
     for (std::size_t i = 0; i < state_->held_count; ++i) mailbox_.give_back(state_->held[i]);
+    if (state_->waiting != nullptr) mailbox_.give_back(state_->waiting);
 }
 
-std::size_t Renderer::max_frames_held() const noexcept { return state_->held.size(); }
+std::size_t Renderer::max_frames_held() const noexcept { return state_->held.size() + 1; }
 
 std::int64_t Renderer::newest_stamp() const noexcept { return state_->newest_stamp; }
 
@@ -162,20 +239,13 @@ void Renderer::render(std::span<const float* const> inputs, const HeadRotation& 
     assert(inputs.size() == s.config.sources && samples <= s.config.block);
     assert(outputs.size() == channel_count(s.config.output));
 
-    if (!s.reverberation.fading()) {
-        if (RenderFrame* const frame = mailbox_.take()) s.exchange(frame, head);
-    }
-
-    const std::span<float* const> field = s.decoder ? std::span<float* const>(s.field) : outputs;
-    s.reverberation.process(inputs, field, count);
-    if (!s.decoder) s.add_paths(inputs, head, field, count);
+    s.take(mailbox_);
     s.rotation.turn_to(head);
-    s.rotation.process(field, count);
-    if (s.decoder) {
-        s.decoder->process(s.const_field, outputs, count);
-        s.add_paths(inputs, head, outputs, count);
+    for (std::size_t done = 0; done < count;) {
+        const std::size_t part = s.exchange(head, count - done);
+        s.render(inputs, head, outputs, done, part);
+        done += part;
     }
-    s.rendered += samples;
     s.release(mailbox_);
 }
 

@@ -55,6 +55,9 @@ struct RendererConfig {
     AirAttenuation air{};        ///< between the centres of the octaves, which the gains contain
 };
 
+/// Steps in which the reverberation changes within a frame: at least 30 a second, but at most 4.
+std::size_t frame_steps(const RendererConfig& config);
+
 /// The order of the ambisonic field of an output: mono 0, foa 1, toa 3, binaural ambisonic_order.
 int field_order(const RendererConfig& config);
 
@@ -84,6 +87,9 @@ class RenderFrameBuilder {
     RenderFrameBuilder(const RendererConfig& config, std::shared_ptr<const Hrtf> hrtf);
     ~RenderFrameBuilder();
 
+    /// Forgets the frames before: the next one is prepared as the first.
+    void restart();
+
     /// An empty frame with all memory allocated.
     std::unique_ptr<RenderFrame> make_frame() const;
 
@@ -92,12 +98,13 @@ class RenderFrameBuilder {
     /// not prepared. Without this call the time of the exchange is not known.
     void set_exchange(std::int64_t first, std::int64_t next);
 
-    /// Fills a frame. `sources` has RendererConfig::sources elements.
+    /// Fills a frame with one state. `sources` has RendererConfig::sources elements.
     void prepare(std::span<const SourceSound> sources, RenderFrame& frame);
 
-    /// Sets one source in a frame. `present` is the number of sources in it that are not absent.
+    /// Sets one source in a step of a frame; all frame_steps() of it in order. `present` is the
+    /// number of sources in the frame that are not absent. Moving paths are those of the last step.
     void prepare(std::size_t index, const SourceSound& source, std::size_t present,
-                 RenderFrame& frame);
+                 RenderFrame& frame, std::size_t step);
 
  private:
     struct State;
@@ -108,8 +115,8 @@ class RenderFrameBuilder {
 /// into an ambisonic field, head rotation, binaural decoding. Direct sound and the strongest early
 /// paths: fractional delay lines whose delays, directions and gains move linearly from frame to
 /// frame (with the Doppler shift), and filters of the ears. The reverberation, and paths that begin
-/// or end, are exchanged by raised-cosine crossfades; the first frame takes effect without a fade,
-/// and the output is silent before it. A turn of the head takes effect in the next block. No
+/// or end, are exchanged by crossfades from frame to frame; the first frame takes effect without a
+/// fade, and the output is silent before it. A turn of the head takes effect in the next block. No
 /// latency: sample n of the output includes sample n of the input. [audio thread, except the
 /// constructor]
 class Renderer {
@@ -122,7 +129,7 @@ class Renderer {
     /// convolver exchange their filters one after another.
     std::size_t max_frames_held() const noexcept;
 
-    /// The source of frames. The next frame is taken when the fade to the previous one has ended.
+    /// The source of frames. The next frame is taken when the previous one is in effect.
     Mailbox<RenderFrame>& mailbox() noexcept { return mailbox_; }
 
     /// Duration of the response to an input sample with the newest frame: the length of the

@@ -12,8 +12,8 @@ namespace aula {
 /// Vectors in head axes: x front, y left, z up. Of length 1 but for distinct_directions().
 using Directions = std::vector<std::array<float, 3>>;
 
-/// The indices of positions, in their order, without those whose direction is also given at a larger
-/// distance, or earlier at the same one. No position is the origin.
+/// The indices of positions, in their order, without those whose direction is also given at a
+/// larger distance, or earlier at the same one. No position is the origin.
 std::vector<std::size_t> distinct_directions(const Directions& positions);
 
 /// Up to four measured directions and their weights, whose sum is 1.

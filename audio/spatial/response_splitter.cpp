@@ -29,9 +29,10 @@ constexpr double kLowBand_hz = 1500;
 // The onsets of the ears differ by the interaural delay, with an error below 0.5 ms.
 constexpr double kLowReach_s = 0.001;
 // The delays of the ears are corrected if the interaural delay differs by more than this from that
-// of the measured pair at low frequencies, because the phase of the responses is not exactly minimum
-// phase and delay: about the smallest difference that is heard (Blauert 1997, 2.4.1). Twelve sets of
-// eight laboratories are then within 40 us of their measurements; with 30 us, one by 50 us.
+// of the measured pair at low frequencies, because the phase of the responses is not exactly
+// minimum phase and delay: about the smallest difference that is heard (Blauert 1997, 2.4.1).
+// Twelve sets of eight laboratories are then within 40 us of their measurements; with 30 us, one by
+// 50 us.
 constexpr double kTolerance_s = 20e-6;
 
 /// The index of the first sample that reaches kOnset of the peak.

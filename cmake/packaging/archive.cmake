@@ -1,8 +1,8 @@
 # cmake -D BUILD=build/release -P cmake/packaging/archive.cmake: writes the archive
-# BUILD/aula-VERSION-linux-PROCESSOR.tar.xz of the program, the LV2 plugins and the C interface,
-# with the libraries that they need. It runs in any folder of a Linux with the C library of the
-# system that it is built on, or a later one. Needs Debian's package patchelf, and the targets aula
-# and aula_bundle. BUILD may be build/arm64, of .ci/arm64.
+# BUILD/aula-VERSION-linux-PROCESSOR.tar.xz of the program, the LV2 plugins, the C interface, and,
+# if they are built, the CLAP and VST3 plugins, aula~ for Pure Data and the extension of Godot with
+# its demo, with the libraries that they need. It runs in any folder of a Linux with the C library of the system that it is built on, or a later one.
+# Needs Debian's package patchelf, and the targets aula and aula_bundle. BUILD may be build/arm64, of .ci/arm64.
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(BUILD "${BUILD}" ABSOLUTE)
 get_filename_component(source "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)
@@ -25,7 +25,7 @@ endfunction()
 # The files of Aula. Of the development files those of the C interface: the static libraries need
 # the development files of other libraries.
 file(REMOVE_RECURSE "${work}")
-foreach(component program c lv2 license)
+foreach(component program c lv2 clap vst3 pd godot license)
     run("${CMAKE_COMMAND}" --install "${BUILD}" --component ${component} --prefix "${root}" --strip)
 endforeach()
 run("${CMAKE_COMMAND}" --install "${BUILD}" --component dev --prefix "${work}/dev")
@@ -37,6 +37,9 @@ set(program "${root}/bin/aula")
 set(library "${root}/lib/libaula.so.0")
 set(bundle "${root}/lib/lv2/aula.lv2")
 set(plugin "${bundle}/aula.so")
+file(GLOB other_plugins "${root}/lib/clap/aula/aula.clap"
+     "${root}/lib/vst3/aula.vst3/Contents/*-linux/aula.so"
+     "${root}/lib/godot/addons/aula/libaula_godot.so")
 foreach(binary "${program}" "${library}" "${plugin}")
     if(NOT EXISTS "${binary}")
         message(FATAL_ERROR "${binary} is missing; build the targets aula and aula_bundle")
@@ -73,8 +76,22 @@ function(copy_libraries to from)
     endforeach()
     set(libraries "${found}" PARENT_SCOPE)
 endfunction()
-# The bundle has its own, to work where a user copies it.
+# The folders of plugins have their own, to work where a user copies them.
 copy_libraries("${bundle}/lib" "" "${plugin}")
+foreach(other IN LISTS other_plugins)
+    cmake_path(GET other PARENT_PATH folder)
+    copy_libraries("${folder}/lib" "${bundle}/lib" "${other}")
+    run("${PATCHELF}" --set-rpath "$ORIGIN/lib" "${other}")
+endforeach()
+# What Godot copies beside an exported game.
+if(EXISTS "${root}/lib/godot")
+    set(addon "${root}/lib/godot/addons/aula")
+    file(GLOB needed RELATIVE "${addon}" "${addon}/lib/*")
+    list(TRANSFORM needed REPLACE "(.+)" "\t\"\\1\": \"lib\"")
+    list(JOIN needed ",\n" needed)
+    file(APPEND "${addon}/aula.gdextension"
+         "\n[dependencies]\n\nlinux.single.${processor} = {\n${needed}\n}\n")
+endif()
 set(window "")
 if(pkgcfg_lib_GLFW_glfw)
     execute_process(COMMAND "${PATCHELF}" --print-soname "${pkgcfg_lib_GLFW_glfw}"
@@ -85,15 +102,25 @@ copy_libraries("${root}/lib/aula" "${bundle}/lib" "${program}" "${library}" ${wi
 run("${PATCHELF}" --set-rpath "$ORIGIN/lib" "${plugin}")
 run("${PATCHELF}" --set-rpath "$ORIGIN/aula" "${library}")
 run("${PATCHELF}" --set-rpath "$ORIGIN/../lib/aula" "${program}")
-file(GLOB_RECURSE scenes RELATIVE "${bundle}" "${bundle}/scenes/*")
-foreach(scene IN LISTS scenes)
-    file(REMOVE "${bundle}/${scene}")
-    file(CREATE_LINK "${root}/share/aula/${scene}" "${bundle}/${scene}")
+foreach(folder "${bundle}" "${root}/lib/clap/aula"
+        "${root}/lib/vst3/aula.vst3/Contents/Resources")
+    file(GLOB_RECURSE scenes RELATIVE "${folder}" "${folder}/scenes/*")
+    foreach(scene IN LISTS scenes)
+        file(REMOVE "${folder}/${scene}")
+        file(CREATE_LINK "${root}/share/aula/${scene}" "${folder}/${scene}")
+    endforeach()
 endforeach()
 
 # Licences: those of the packages of the libraries and of what is compiled in.
 file(REMOVE_RECURSE "${root}/share/doc/aula-lv2" "${root}/share/doc/libaula0")
 set(documents "${root}/share/doc/aula")
+foreach(format clap vst3)
+    file(REMOVE_RECURSE "${root}/share/doc/aula-${format}")
+    if(EXISTS "${root}/lib/${format}")
+        configure_file("${CMAKE_CURRENT_LIST_DIR}/${format}.copyright"
+                       "${documents}/libraries/${format}.copyright" COPYONLY)
+    endif()
+endforeach()
 set(packages libcli11-dev libeigen3-dev libglm-dev libhdf5-dev libimgui-dev nlohmann-json3-dev portaudio19-dev
              robin-map-dev)
 set(files "")
@@ -114,6 +141,13 @@ foreach(library IN LISTS libraries)
     endif()
     list(APPEND packages "${CMAKE_MATCH_1}")
 endforeach()
+if(EXISTS "${root}/lib/godot")
+    configure_file("${CMAKE_CURRENT_LIST_DIR}/godot.copyright"
+                   "${documents}/libraries/godot.copyright" COPYONLY)
+endif()
+if(EXISTS "${root}/lib/pd")
+    list(APPEND packages puredata-dev)
+endif()
 list(REMOVE_DUPLICATES packages)
 list(SORT packages)
 set(sources "The libraries in lib/aula and what is compiled into the binaries are those of these

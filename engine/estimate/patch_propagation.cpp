@@ -404,8 +404,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
 /// The sources' caches serve all receivers, which therefore need no caches.
 void PatchPropagation::gather_at(const PropagationFrame& frame,
                                  std::span<const SpecularSound> images,
-                                 std::span<EnergyResponse> responses,
-                                 FrameStatistics& statistics) {
+                                 std::span<EnergyResponse> responses, FrameStatistics& statistics) {
     const std::vector<Vec3>& at = frame.input.listeners;
     resting_.resize(at.size());
     for (std::size_t r = 0; mirrors_ && r < at.size(); ++r) {

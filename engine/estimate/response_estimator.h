@@ -59,8 +59,8 @@ class ResponseEstimator {
 
     /// Adds to `responses` what their paths do not contain, [source * receivers + receiver], from
     /// the caches of the last step, whose frame `frame` is except for its listeners: these are the
-    /// receivers. `images` are those of the receivers. Adds to `statistics`. Only for estimators with
-    /// patches.
+    /// receivers. `images` are those of the receivers. Adds to `statistics`. Only for estimators
+    /// with patches.
     virtual void gather_at(const PropagationFrame& /*frame*/,
                            std::span<const SpecularSound> /*images*/,
                            std::span<EnergyResponse> /*responses*/,

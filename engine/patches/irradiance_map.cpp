@@ -38,6 +38,11 @@ constexpr double kSignificance = 6;
 
 constexpr std::uint32_t kNone = ~0U;
 
+/// Of keys that are hashes.
+struct KeyHash {
+    std::size_t operator()(std::uint64_t key) const { return key; }
+};
+
 struct Part {
     float hits = 0;  // after the first reflection
     float area_m2 = 0;
@@ -61,7 +66,7 @@ struct IrradianceMap::State {
     std::vector<std::uint32_t> first_coincident;  // [triangle] the first with the same corners
     std::vector<std::uint32_t> part_of_face;      // [2 triangle + side] kNone: in pieces
     std::vector<Part> parts;
-    tsl::robin_map<std::uint64_t, std::uint32_t, MixHash> part_of_piece;
+    tsl::robin_map<std::uint64_t, std::uint32_t, KeyHash> part_of_piece;
     std::vector<std::pair<std::uint32_t, Piece>> pieces;  // to compute the areas
     std::vector<float> hits;                              // [patch]
     std::vector<float> hits_per_m2;
@@ -113,8 +118,13 @@ struct IrradianceMap::State {
                 static_cast<std::int32_t>(at.z)};
     }
 
+    /// A hash, of which the table needs no other: it is computed for each hit.
     static std::uint64_t key_of(const Piece& p) {
-        return derive_seed(p.triangle, p.back, p.cube[0], p.cube[1], p.cube[2]);
+        const auto unsigned_of = [](std::int32_t x) {
+            return std::uint64_t{static_cast<std::uint32_t>(x)};
+        };
+        return mix64(mix64(p.face() << 32 ^ unsigned_of(p.cube[0])) +
+                     (unsigned_of(p.cube[1]) << 32 ^ unsigned_of(p.cube[2])));
     }
 
     float area_of(const Piece& piece) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <map>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "engine/patches/patch_sides.h"
 #include "engine/patches/sound_reach.h"
 #include "engine/patches/surface_sampler.h"
+#include "engine/rays/convex_room.h"
 
 namespace aula {
 
@@ -45,6 +47,7 @@ struct PatchGrid::State {
     std::vector<float> area_m2;         // [patch] of all objects
     std::vector<std::uint32_t> static_triangles;
     std::vector<std::uint32_t> moving_triangles;
+    bool is_convex = false;  // when patches were marked
     double rows_of_moving = 0;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;    // patch, triangle: sorted
     std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, cell: sorted
@@ -71,7 +74,7 @@ struct PatchGrid::State {
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
             const bool may_move = scene.moves(triangle);
-            sampler.for_each_patch(t, [](std::uint32_t) {});
+            sampler.for_each_patch(t, [](std::uint32_t, const Vec3&, float) {});
             (may_move ? moving_triangles : static_triangles).push_back(t);
             if (may_move) moving_m2 += double{triangle.area_m2()};
         }
@@ -92,7 +95,23 @@ struct PatchGrid::State {
     bool mark(double max_patches) {
         begins_to_transmit();
         irradiance_map.emplace(scene, grid.size_m());
-        return reach.mark(inside, max_patches, *irradiance_map);
+        is_convex = is_convex_room(scene, inside);
+        if (!is_convex) return reach.mark(inside, max_patches, *irradiance_map);
+        for_each_inner_part([&](std::uint32_t patch, float) { reach.mark(patch); });
+        return static_cast<double>(reach.count()) <= max_patches;
+    }
+
+    /// Calls visit(patch, area) for the parts of the walls of a convex room. Each surface of it
+    /// sees all others: none is hidden from a part of its patch.
+    template <typename Visit>
+    void for_each_inner_part(const Visit& visit) {
+        for (const std::uint32_t t : static_triangles) {
+            const RayScene::Triangle& triangle = scene.triangle(t);
+            const bool is_front = glm::dot(triangle.normal, inside[0] - triangle.vertices[0]) > 0;
+            sampler.for_each_patch(t, [&](std::uint32_t patch, const Vec3& normal, float area) {
+                if ((normal == triangle.normal) == is_front) visit(patch, area);
+            });
+        }
     }
 
     /// True if a triangle transmits sound that did not when patches were marked.
@@ -109,8 +128,15 @@ struct PatchGrid::State {
     /// Computes areas and irradiance.
     void find_areas() {
         static_area_m2.assign(index.size(), 0);
-        const std::vector<SurfaceSample> heard = add_reachable(static_triangles, static_area_m2);
-        if (sides.add_partitions(partitions(heard))) static_crossed = crossings(static_triangles);
+        if (is_convex) {
+            for_each_inner_part(
+                [&](std::uint32_t patch, float area) { static_area_m2[patch] += area; });
+        } else {
+            const std::vector<SurfaceSample> heard =
+                add_reachable(static_triangles, static_area_m2);
+            if (sides.add_partitions(partitions(heard)))
+                static_crossed = crossings(static_triangles);
+        }
         irradiance_map->finish(static_area_m2, [&](const Vec3& point, const Vec3& normal) {
             return find(point, normal);
         });
@@ -165,7 +191,7 @@ struct PatchGrid::State {
         for (const std::uint32_t t : triangles) {
             const std::uint32_t panel = sides.panel_of(t);
             if (panel == PatchSides::kNone && !scene.moves(scene.triangle(t))) continue;
-            sampler.for_each_patch(t, [&](std::uint32_t patch) {
+            sampler.for_each_patch(t, [&](std::uint32_t patch, const Vec3&, float) {
                 if (panel == PatchSides::kNone) return;
                 crossed.emplace_back(panel, CellGrid::cell_of(index.key(patch)));
             });
@@ -177,8 +203,9 @@ struct PatchGrid::State {
 
     void find_static_parts() {
         for (const std::uint32_t t : static_triangles) {
-            sampler.for_each_patch(
-                t, [&](std::uint32_t patch) { static_parts.emplace_back(patch, t); });
+            sampler.for_each_patch(t, [&](std::uint32_t patch, const Vec3&, float) {
+                static_parts.emplace_back(patch, t);
+            });
         }
         std::sort(static_parts.begin(), static_parts.end());
     }

@@ -20,8 +20,14 @@ constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the
 
 }  // namespace
 
+void SoundReach::mark(std::uint32_t patch) {
+    if (patch >= marked_.size()) marked_.resize(index_.size(), 0);
+    if (marked_[patch]) return;
+    marked_[patch] = 1;
+    ++count_;
+}
+
 bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance) {
-    marked_.resize(std::max(marked_.size(), index_.size()), 0);
     std::size_t hits = 0;
     for (int round = 0; round < kWalkRounds; ++round) {
         const std::size_t before = count_;
@@ -44,9 +50,7 @@ bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, Irradian
                                    irradiance.add_hit(patch, hit.triangle, point, normal);
                                    ++hits;
                                }
-                               if (marked_[patch]) return;
-                               marked_[patch] = 1;
-                               ++count_;
+                               mark(patch);
                            });
         if (static_cast<double>(count_) > max_patches) return false;
         if (count_ - before <= count_ / 100 && hits >= kHitsPerPatch * count_) break;

@@ -28,6 +28,9 @@ class SoundReach {
     /// are marked.
     bool mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance);
 
+    /// Marks a patch.
+    void mark(std::uint32_t patch);
+
     /// True if the patch is marked.
     bool marked(std::uint32_t patch) const { return patch < marked_.size() && marked_[patch]; }
 

@@ -39,11 +39,10 @@ void SurfaceSampler::for_each_part(std::uint32_t t, const Visit& visit) {
     }
 }
 
-void SurfaceSampler::for_each_patch(std::uint32_t triangle,
-                                    const std::function<void(std::uint32_t)>& visit) {
-    for_each_part(triangle, [&](std::uint32_t patch, const ClippedPolygon&, float, const Vec3&) {
-        visit(patch);
-    });
+void SurfaceSampler::for_each_patch(
+    std::uint32_t triangle, const std::function<void(std::uint32_t, const Vec3&, float)>& visit) {
+    for_each_part(triangle, [&](std::uint32_t patch, const ClippedPolygon&, float area,
+                                const Vec3& normal) { visit(patch, normal, area); });
 }
 
 /// The number of samples per square metre. Each sample is tested by rays, which take the longer the

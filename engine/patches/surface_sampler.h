@@ -31,8 +31,9 @@ class SurfaceSampler {
                    std::uint64_t seed)
         : scene_(scene), grid_(grid), index_(index), seed_(seed) {}
 
-    /// Calls `visit(patch)` for every part of a triangle.
-    void for_each_patch(std::uint32_t triangle, const std::function<void(std::uint32_t)>& visit);
+    /// Calls `visit(patch, normal, area)` for every part of both sides of a triangle.
+    void for_each_patch(std::uint32_t triangle,
+                        const std::function<void(std::uint32_t, const Vec3&, float)>& visit);
 
     /// Samples triangles in proportion to area, with `per_cell` samples for a full cell, in patches
     /// for which `wanted(patch)` is true. Where many faces cross in each cell they are fewer: about

@@ -170,6 +170,11 @@ std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listene
             if (points.size() < kPointsPerSide) points.push_back(point_above(ray, hit));
         });
     };
+    const auto sees_any = [&](const Vec3& point, std::span<const Vec3> others) {
+        return std::any_of(others.begin(), others.end(),
+                           [&](const Vec3& other) { return scene.visible(point, other); });
+    };
+    // With a listener, without `reached`; else with a point of its walks.
     const auto meets = [&](const Vec3& source, int paths) {
         RandomWalks back = walks;
         back.paths = paths;
@@ -177,20 +182,23 @@ std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listene
         bool met = false;
         trace_random_walks(scene, {&source, 1}, back, [&](int, const Ray& ray, const Hit& hit) {
             if (met || !hit.any()) return;
+            if (reached.empty()) {
+                met = sees_any(point_above(ray, hit), listeners);
+                return;
+            }
             const auto side = reached.find(side_of(scene, ray, hit));
-            if (side == reached.end()) return;
-            const Vec3 point = point_above(ray, hit);
-            met = std::any_of(side->second.begin(), side->second.end(),
-                              [&](const Vec3& other) { return scene.visible(point, other); });
+            if (side != reached.end()) met = sees_any(point_above(ray, hit), side->second);
         });
         return met;
     };
     constexpr int kFirstPaths = 16;  // sufficient for most sources
     std::vector<char> result(sources.size(), 1);
     for (std::size_t s = 0; s < sources.size(); ++s) {
-        const auto sees = [&](const Vec3& listener) { return scene.visible(listener, sources[s]); };
-        if (std::any_of(listeners.begin(), listeners.end(), sees)) continue;
-        if (reached.empty()) mark_reached();
+        if (sees_any(sources[s], listeners)) continue;
+        if (reached.empty()) {
+            if (meets(sources[s], kFirstPaths)) continue;
+            mark_reached();
+        }
         result[s] = meets(sources[s], kFirstPaths) || meets(sources[s], walks.paths) ? 1 : 0;
     }
     return result;

@@ -38,9 +38,10 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
 /// What movable objects do in connected(): they block sound at their present positions, or nothing.
 enum class MovableObjects { block, are_passed };
 
-/// For each source, whether sound can reach one of the listeners: the two see each other, or random
-/// walks of both, which pass walls that transmit, reach points on one side of a triangle that see
-/// each other. An opening of less than 1e-5 of a room's surface may be missed.
+/// For each source, whether sound can reach one of the listeners: the two see each other, or a
+/// random walk of the source, which passes walls that transmit, reaches a point that sees the
+/// listener or, on the same side of a triangle, a point of the listener's walks. An opening of less
+/// than 1e-5 of a room's surface may be missed.
 std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listeners,
                             std::span<const Vec3> sources, std::uint64_t seed,
                             MovableObjects movable = MovableObjects::block);

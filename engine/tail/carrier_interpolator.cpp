@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
-#include <numbers>
 
+#include "engine/tail/windowed_sinc.h"
 #include "process/multiversion.h"
 
 namespace aula {
@@ -16,24 +15,6 @@ constexpr std::size_t kPhases = 8;  // phases that are computed together
 
 // Kaiser's window for -80 dB.
 constexpr double kShape = 7.86;
-
-double bessel_i0(double x) {
-    double term = 1;
-    double sum = 1;
-    for (int k = 1; term > 1e-12 * sum; ++k) {
-        term *= x * x / (4.0 * k * k);
-        sum += term;
-    }
-    return sum;
-}
-
-double windowed_sinc(double x) {
-    const double width = 2 * x / kTaps;
-    if (std::abs(width) >= 1) return 0;
-    const double angle = std::numbers::pi * x;
-    return (angle == 0 ? 1 : std::sin(angle) / angle) *
-           bessel_i0(kShape * std::sqrt(1 - width * width)) / bessel_i0(kShape);
-}
 
 /// Phases of one sample.
 using Phases = float __attribute__((vector_size(kPhases * sizeof(float))));
@@ -76,8 +57,8 @@ CarrierInterpolator::CarrierInterpolator(std::size_t decimation)
         float* const group = weights_.data() + p / kPhases * kTaps * kPhases;
         const double at = static_cast<double>(p) / static_cast<double>(decimation);
         for (std::size_t t = 0; t < kTaps; ++t) {
-            group[t * kPhases + p % kPhases] = static_cast<float>(
-                windowed_sinc(static_cast<double>(t) - static_cast<double>(kBefore) - at));
+            group[t * kPhases + p % kPhases] = static_cast<float>(windowed_sinc(
+                static_cast<double>(t) - static_cast<double>(kBefore) - at, kTaps, kShape));
         }
     }
 }

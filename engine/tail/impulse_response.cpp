@@ -7,13 +7,18 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 
+#include "engine/base/wave_masks.h"
 #include "engine/response/third_octave_model.h"
 #include "engine/tail/carrier_interpolator.h"
+#include "engine/tail/carrier_moments.h"
 #include "engine/tail/directional_covariance.h"
 #include "engine/tail/noise_carriers.h"
+#include "engine/tail/plane_wave_tail.h"
 #include "engine/tail/tail_envelope.h"
 #include "process/multiversion.h"
 
@@ -29,9 +34,6 @@ constexpr std::size_t kInOctaves = 3 * kBandCount;
 
 // Samples shaped at a time: those of all channels fit the cache.
 constexpr std::size_t kChunk_samples = NoiseCarriers::kMaxRead_samples;
-
-// A carrier below the error of quantisation of the loudest of its segment, -88 dB, is left out.
-constexpr float kInaudible = 4e-5F;
 
 /// Samples that are shaped together.
 constexpr std::size_t kLanes = 16;
@@ -85,12 +87,31 @@ AULA_MULTIVERSION void mix(std::size_t count, float offset, std::size_t width, c
     }
 }
 
-/// Moments of a channel's carriers c over a segment of the envelope: the sums of c^2, c^2 t and
-/// c^2 t^2, t from 0 at the segment's start to 1 at its end, and that of the product with the next
-/// carrier of the octave. The energy of an octave with linear envelopes follows from them without a
-/// pass over its samples.
+/// The amplitudes of the carriers above a crossover, [carrier].
+Values amplitudes_above(double crossover_hz) {
+    Values amplitudes;
+    amplitudes.fill(1);
+    if (!(crossover_hz > 0)) return amplitudes;
+    constexpr int kPoints = 8;  // of a third octave
+    for (std::size_t k = 0; k < amplitudes.size(); ++k) {
+        double power = 0;
+        for (int i = 0; i < kPoints; ++i) {
+            const double octaves = ((i + 0.5) / kPoints - 0.5) / 3;
+            const double amplitude =
+                WaveMasks{crossover_hz}.high(ThirdOctaveModel::centre_hz(k) * std::exp2(octaves));
+            power += amplitude * amplitude / kPoints;
+        }
+        amplitudes[k] = static_cast<float>(std::sqrt(power));
+    }
+    return amplitudes;
+}
+
+/// Moments of a channel's high carriers c over a segment of the envelope: the sums of c^2, c^2 t
+/// and c^2 t^2, t from 0 at the segment's start to 1 at its end, and that of the product with the
+/// next carrier of the octave. The energy of an octave with linear envelopes follows from them
+/// without a pass over its samples.
 struct Moments {
-    Values zeroth{}, first{}, second{}, product{};
+    std::array<float, kCarriers - kHigh> zeroth{}, first{}, second{}, product{};
 };
 
 /// Sums over the segments of the energies of carriers, and of those that they have in common with
@@ -103,19 +124,20 @@ struct Energies {
 /// suffices.
 AULA_MULTIVERSION void add_energies(const TailSegment& s, const Moments& m, Energies& sum) {
     Values middle;
-    for (std::size_t k = 0; k < kCarriers; ++k) {
+    for (std::size_t k = kHigh; k < kCarriers; ++k) {
         const float rise = s.end[k] - s.begin[k];
-        const float energy = s.begin[k] * s.begin[k] * m.zeroth[k] +
-                             s.begin[k] * rise * m.first[k] * 2.0F + rise * rise * m.second[k];
+        const float energy = s.begin[k] * s.begin[k] * m.zeroth[k - kHigh] +
+                             s.begin[k] * rise * m.first[k - kHigh] * 2.0F +
+                             rise * rise * m.second[k - kHigh];
         sum.own[k] += double{energy};
         middle[k] = 0.5F * (s.begin[k] + s.end[k]);
     }
-    for (std::size_t k = 0; k + 1 < kCarriers; ++k)
-        sum.common[k] += double{2 * middle[k] * middle[k + 1] * m.product[k]};
+    for (std::size_t k = kHigh; k + 1 < kCarriers; ++k)
+        sum.common[k] += double{2 * middle[k] * middle[k + 1] * m.product[k - kHigh]};
 }
 
 struct Channel {
-    std::size_t offset = 0;        ///< start of its carriers
+    std::size_t offset = 0;        ///< start of its high carriers
     std::vector<Moments> moments;  ///< [segment]
 };
 
@@ -125,15 +147,20 @@ struct ImpulseResponseBuilder::State {
     State(std::shared_ptr<const NoiseCarriers> carriers, const Medium& medium, double length_s,
           std::string_view source, int ambisonic_order);
     Bands wanted_energy(const EnergyResponse& energy) const;
+    void begin_room(std::uint64_t room);
     void measure_carriers(const TimeBins& bins, const std::vector<TailSegment>& segments);
     Moments moments(const Channel& channel, const TailSegment& segment) const;
     Values gains(const Channel& channel, const std::vector<TailSegment>& segments,
                  const Bands& wanted) const;
-    void build(const EnergyResponse& energy, ImpulseResponse& out);
-    void shape_low(const Channel& channel, const std::vector<TailSegment>& segments,
-                   const Values& gain, std::vector<float>& out);
+    void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz);
+    Bands shares_above(const std::vector<TailSegment>& segments, const Values& above) const;
+    void add_low(std::size_t channel, const Bands& wanted, std::vector<float>& out);
     void set_lines(const TailSegment& segment, const Channel& channel, const Values& gain,
-                   bool is_low, std::size_t first);
+                   std::size_t first);
+    /// Samples of the low carriers in a response.
+    std::size_t low_samples() const {
+        return (length_samples_ + carriers_->decimation() - 1) / carriers_->decimation();
+    }
 
     double start_samples(double time_s) const { return time_s * carriers_->sample_rate_hz(); }
     /// The first sample from a time on; a time that is whole but for rounding is that sample.
@@ -147,13 +174,16 @@ struct ImpulseResponseBuilder::State {
 
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::size_t length_samples_;
+    std::string source_;
     ThirdOctaveModel model_;
     DirectionalCovariance covariance_;
     CarrierInterpolator interpolator_;
-    std::vector<Channel> channels_;  ///< before mixing
-    TimeBins bins_;                  ///< time axis of the moments
-    std::vector<float> low_;         ///< work space: the sum of the low carriers of a channel
-    Lines lines_;                    ///< work space
+    std::optional<std::uint64_t> room_;   ///< that the carriers are selected for
+    std::optional<PlaneWaveTail> waves_;  ///< the low carriers
+    std::vector<Channel> channels_;       ///< before mixing
+    TimeBins bins_;                       ///< time axis of the moments
+    std::vector<float> low_;              ///< work space: the sum of the low carriers of a channel
+    Lines lines_;                         ///< work space
 };
 
 ImpulseResponseBuilder::State::State(std::shared_ptr<const NoiseCarriers> carriers,
@@ -162,14 +192,23 @@ ImpulseResponseBuilder::State::State(std::shared_ptr<const NoiseCarriers> carrie
     : carriers_(std::move(carriers)),
       length_samples_(
           static_cast<std::size_t>(std::ceil(length_s * carriers_->sample_rate_hz() - 1e-6))),
+      source_(source),
       model_(medium),
       covariance_(ambisonic_order),
       interpolator_(carriers_->decimation()),
       channels_(covariance_.channels()) {
     assert(length_s > 0);
-    for (std::size_t c = 0; c < channels_.size(); ++c) {
-        channels_[c].offset = carriers_->offset(source, c);
-    }
+}
+
+/// Selects the carriers.
+void ImpulseResponseBuilder::State::begin_room(std::uint64_t room) {
+    if (room_ == room) return;
+    room_ = room;
+    bins_ = {};
+    for (std::size_t c = 0; c < channels_.size(); ++c)
+        channels_[c].offset = carriers_->offset(room, source_, c);
+    waves_.emplace(carriers_, channels_.size(), low_samples() + CarrierInterpolator::kAfter,
+                   carriers_->waves_seed(room, source_));
 }
 
 /// The target sum of squares of each octave of a channel.
@@ -195,35 +234,25 @@ Moments ImpulseResponseBuilder::State::moments(const Channel& channel,
                                                const TailSegment& segment) const {
     Moments m;
     const double duration = start_samples(segment.end_s) - start_samples(segment.begin_s);
-    for (std::size_t k = 0; k < kCarriers; ++k) {
-        const bool is_low = k < kHigh;
+    const std::size_t begin = first_sample(segment.begin_s);
+    const std::size_t end = std::min(first_sample(segment.end_s), length_samples_);
+    for (std::size_t k = kHigh; k < kCarriers; ++k) {
         const bool has_next = k < kInOctaves && k % 3 != 2;
-        const std::size_t step = is_low ? carriers_->decimation() : 1;
-        const auto rounded_up = [step](std::size_t sample) { return (sample + step - 1) / step; };
-        const std::size_t begin = rounded_up(first_sample(segment.begin_s));
-        const std::size_t end = rounded_up(std::min(first_sample(segment.end_s), length_samples_));
-        std::array<double, 4> sum{};
+        CarrierMoments sum;
         for (std::size_t first = begin; first < end; first += kChunk_samples) {
-            const std::size_t position = carriers_->position(is_low, channel.offset, first);
-            const std::int16_t* const carrier = carriers_->read(k, position);
-            const std::int16_t* const next = carriers_->read(has_next ? k + 1 : k, position);
-            for (std::size_t j = 0; j < std::min(kChunk_samples, end - first); ++j) {
-                const auto x = static_cast<double>(carrier[j]);
-                const double power = x * x;
-                const double t = double{middle((first + j) * step, segment.begin_s)} / duration;
-                sum[0] += power;
-                sum[1] += power * t;
-                sum[2] += power * t * t;
-                sum[3] += x * static_cast<double>(next[j]);
-            }
+            const std::size_t position = carriers_->position(channel.offset, first);
+            sum.add({carriers_->read(k, position), std::min(kChunk_samples, end - first)},
+                    carriers_->read(has_next ? k + 1 : k, position),
+                    middle(first, segment.begin_s) / static_cast<float>(duration),
+                    static_cast<float>(1 / duration));
         }
-        const double unit = double{carriers_->step()[k]} * static_cast<double>(step);
-        const double square = unit * double{carriers_->step()[k]};
-        m.zeroth[k] = static_cast<float>(square * sum[0]);
-        m.first[k] = static_cast<float>(square * sum[1]);
-        m.second[k] = static_cast<float>(square * sum[2]);
+        const double unit{carriers_->step()[k]};
+        m.zeroth[k - kHigh] = static_cast<float>(unit * unit * sum.zeroth);
+        m.first[k - kHigh] = static_cast<float>(unit * unit * sum.first);
+        m.second[k - kHigh] = static_cast<float>(unit * unit * sum.second);
         if (has_next)
-            m.product[k] = static_cast<float>(unit * double{carriers_->step()[k + 1]} * sum[3]);
+            m.product[k - kHigh] =
+                static_cast<float>(unit * double{carriers_->step()[k + 1]} * sum.product);
     }
     return m;
 }
@@ -240,7 +269,7 @@ void ImpulseResponseBuilder::State::measure_carriers(const TimeBins& bins,
     }
 }
 
-/// The factors of the carriers of a channel that give each octave the sum of squares `wanted`.
+/// The factors of the high carriers of a channel that give each octave the sum of squares `wanted`.
 Values ImpulseResponseBuilder::State::gains(const Channel& channel,
                                             const std::vector<TailSegment>& segments,
                                             const Bands& wanted) const {
@@ -248,7 +277,7 @@ Values ImpulseResponseBuilder::State::gains(const Channel& channel,
     for (std::size_t i = 0; i < segments.size(); ++i)
         best_version<add_energies>(segments[i], channel.moments[i], sum);
     Values gain{};
-    for (std::size_t b = 0; b < kBandCount; ++b) {
+    for (std::size_t b = kHigh / 3; b < kBandCount; ++b) {
         double energy = 0;
         for (std::size_t k = 3 * b; k < 3 * b + 3; ++k) energy += sum.own[k] + sum.common[k];
         if (!(energy > 0)) continue;
@@ -259,65 +288,86 @@ Values ImpulseResponseBuilder::State::gains(const Channel& channel,
     return gain;
 }
 
-/// Sets the audible lines of a segment from the sample `first` of the carriers on.
+/// Sets the audible lines of a segment from the sample `first` on.
 void ImpulseResponseBuilder::State::set_lines(const TailSegment& segment, const Channel& channel,
-                                              const Values& gain, bool is_low, std::size_t first) {
+                                              const Values& gain, std::size_t first) {
     const double duration = start_samples(segment.end_s) - start_samples(segment.begin_s);
-    const auto per_sample =
-        static_cast<float>(static_cast<double>(is_low ? carriers_->decimation() : 1) / duration);
-    const std::size_t position = carriers_->position(is_low, channel.offset, first);
+    const auto per_sample = static_cast<float>(1 / duration);
+    const std::size_t position = carriers_->position(channel.offset, first);
     lines_.count = 0;
-    for (std::size_t k = is_low ? 0 : kHigh; k < (is_low ? kHigh : kCarriers); ++k) {
-        if (std::max(segment.begin[k], segment.end[k]) <= kInaudible * segment.loudest) continue;
+    for (std::size_t k = kHigh; k < kCarriers; ++k) {
+        if (gain[k] == 0 || !segment.is_audible(k)) continue;
         lines_.line[lines_.count++] = {carriers_->read(k, position), gain[k] * segment.begin[k],
                                        gain[k] * (segment.end[k] - segment.begin[k]) * per_sample};
     }
 }
 
-/// The low carriers of a channel at the full rate.
-void ImpulseResponseBuilder::State::shape_low(const Channel& channel,
-                                              const std::vector<TailSegment>& segments,
-                                              const Values& gain, std::vector<float>& out) {
-    const std::size_t step = carriers_->decimation();
-    const auto rounded_up = [step](std::size_t sample) { return (sample + step - 1) / step; };
-    const std::size_t count = rounded_up(length_samples_) + CarrierInterpolator::kAfter;
-    low_.assign(CarrierInterpolator::kBefore + count, 0);
+/// The shares of the energies of octaves that remain of carriers with the amplitudes `above`.
+Bands ImpulseResponseBuilder::State::shares_above(const std::vector<TailSegment>& segments,
+                                                  const Values& above) const {
+    std::array<double, kBandCount> all{};
+    std::array<double, kBandCount> left{};
     for (const TailSegment& s : segments) {
-        const std::size_t begin = rounded_up(first_sample(s.begin_s));
-        const std::size_t end = std::min(rounded_up(first_sample(s.end_s)), count);
-        for (std::size_t first = begin; first < end; first += kChunk_samples) {
-            const std::size_t samples = std::min(kChunk_samples, end - first);
-            std::array<float, kChunk_samples> sum;
-            std::fill_n(sum.begin(), samples, 0.0F);
-            set_lines(s, channel, gain, true, first);
-            best_version<shape>(samples, middle(first * step, s.begin_s) / static_cast<float>(step),
-                                lines_, sum.data());
-            std::copy_n(
-                sum.begin(), samples,
-                low_.begin() + static_cast<std::ptrdiff_t>(CarrierInterpolator::kBefore + first));
+        for (std::size_t k = 0; k < kInOctaves; ++k) {
+            const float square =
+                s.begin[k] * s.begin[k] + s.begin[k] * s.end[k] + s.end[k] * s.end[k];
+            const double energy = double{carriers_->power()[k] * square} * (s.end_s - s.begin_s);
+            all[k / 3] += energy;
+            left[k / 3] += energy * double{above[k] * above[k]};
         }
     }
+    Bands shares;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        shares[b] = all[b] > 0 ? static_cast<float>(left[b] / all[b]) : 0;
+    return shares;
+}
+
+/// The low carriers of a channel at the full rate, with each octave at the sum of squares `wanted`.
+void ImpulseResponseBuilder::State::add_low(std::size_t channel, const Bands& wanted,
+                                            std::vector<float>& out) {
+    const std::size_t step = carriers_->decimation();
+    low_.assign(CarrierInterpolator::kBefore + low_samples() + CarrierInterpolator::kAfter, 0);
+    for (std::size_t o = 0; o < PlaneWaveTail::kOctaves; ++o) {
+        const std::vector<float>& sum = waves_->sum(o, channel);
+        double energy = 0;
+        for (std::size_t n = 0; n < low_samples(); ++n) energy += double{sum[n]} * double{sum[n]};
+        if (!(energy > 0)) continue;
+        const auto gain =
+            static_cast<float>(std::sqrt(double{wanted[o]} / (energy * static_cast<double>(step))));
+        for (std::size_t n = 0; n < sum.size(); ++n)
+            low_[CarrierInterpolator::kBefore + n] += gain * sum[n];
+    }
     // The last samples of the low carriers may end beyond the response.
-    out.resize(rounded_up(length_samples_) * step);
-    interpolator_.process(low_.data(), rounded_up(length_samples_), out.data());
+    out.resize(low_samples() * step);
+    interpolator_.process(low_.data(), low_samples(), out.data());
     out.resize(length_samples_);
 }
 
 // Every channel is first shaped with the energies of W. Then the channels are mixed to the field's
 // covariance, with mixing matrices interpolated linearly between the ends of segments.
-void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseResponse& out) {
+void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseResponse& out,
+                                          double crossover_hz) {
     out.sample_rate_hz = carriers_->sample_rate_hz();
     out.paths = energy.paths;
     out.channels.resize(channels_.size());
 
     const std::vector<TailSegment> segments =
         tail_envelope(energy, model_, carriers_->sample_rate_hz());
+    begin_room(energy.room);
     measure_carriers(energy.bins, segments);
+    // The distance that sound travels in a sample of the low carriers.
+    const auto sample_m =
+        static_cast<float>(double{energy.speed_of_sound_m_s} *
+                           static_cast<double>(carriers_->decimation()) / out.sample_rate_hz);
     const Bands wanted = wanted_energy(energy);
+    const Values above = amplitudes_above(crossover_hz);
+    waves_->build(segments, above, energy.listener / sample_m);
+    const Bands wanted_low = wanted * shares_above(segments, above);
     std::vector<Values> gain;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
         gain.push_back(gains(channels_[c], segments, wanted));
-        shape_low(channels_[c], segments, gain[c], out.channels[c]);
+        for (std::size_t k = 0; k < kCarriers; ++k) gain[c][k] *= above[k];
+        add_low(c, wanted_low, out.channels[c]);
     }
 
     std::vector<float> mixing(covariance_.triangle());
@@ -350,7 +400,7 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
                     continue;
                 }
                 std::copy_n(out.channels[c].data() + first, count, shaped);
-                set_lines(s, channels_[c], gain[c], false, first);
+                set_lines(s, channels_[c], gain[c], first);
                 best_version<shape>(count, offset, lines_, shaped);
             }
             for (std::size_t c = 0; c < channels_.size(); ++c) {
@@ -393,8 +443,9 @@ ImpulseResponseBuilder::ImpulseResponseBuilder(ImpulseResponseBuilder&&) noexcep
 ImpulseResponseBuilder& ImpulseResponseBuilder::operator=(ImpulseResponseBuilder&&) noexcept =
     default;
 
-void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out) {
-    state_->build(energy, out);
+void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out,
+                                   double crossover_hz) {
+    state_->build(energy, out, crossover_hz);
 }
 
 std::size_t ImpulseResponseBuilder::length_samples() const { return state_->length_samples_; }
@@ -402,7 +453,8 @@ std::size_t ImpulseResponseBuilder::length_samples() const { return state_->leng
 std::size_t ImpulseResponseBuilder::memory_bytes() const {
     const std::vector<Channel>& channels = state_->channels_;
     std::size_t bytes = sizeof(State) + channels.capacity() * sizeof(Channel) +
-                        state_->low_.capacity() * sizeof(float);
+                        state_->low_.capacity() * sizeof(float) +
+                        (state_->waves_ ? state_->waves_->memory_bytes() : 0);
     for (const Channel& c : channels) bytes += c.moments.capacity() * sizeof(Moments);
     return bytes;
 }

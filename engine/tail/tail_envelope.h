@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -19,6 +20,12 @@ struct TailSegment {
     float loudest = 0;  ///< the largest of both; 0: silence
     Vec3 direction{0};  ///< energy-weighted mean at the start
     Vec3 direction_end{0};
+
+    /// False for a carrier below the error of quantisation of the loudest one, -88 dB.
+    bool is_audible(std::size_t carrier) const {
+        constexpr float kInaudible = 4e-5F;
+        return std::max(begin[carrier], end[carrier]) > kInaudible * loudest;
+    }
 };
 
 /// The envelope of the reverberant tail of an energy response in third octaves: continuous, linear

@@ -20,6 +20,14 @@ struct DenseMatrix {
     std::vector<double> values;
 };
 
+DenseMatrix product(const DenseMatrix& a, const DenseMatrix& b);
+
+/// The product of the first one's transpose with the other.
+DenseMatrix product_transposed(const DenseMatrix& a, const DenseMatrix& b);
+
+/// Of the lower triangle of a square matrix; 0 above it.
+DenseMatrix inverse_of_lower(const DenseMatrix& matrix);
+
 /// The eigenvalues of a symmetric matrix in ascending order, and orthonormal eigenvectors.
 struct SymmetricEigen {
     std::vector<double> values;
@@ -36,10 +44,16 @@ struct DampedPole {
     std::vector<std::complex<double>> shape;  ///< [undamped mode]
 };
 
+/// Modes from `first` on, below `last`.
+struct ModeRange {
+    std::size_t first = 0;
+    std::size_t last = 0;
+};
+
 /// The poles of s^2 + s D + diag(stiffness), with the symmetric matrix D of damping and stiffness
-/// above 0: those with an imaginary part above 0, of which the conjugates are poles as well, and
-/// the real ones.
+/// above 0, ascending: those with an imaginary part above 0, of which the conjugates are poles as
+/// well, and the real ones. D couples some adjacent modes; of the others its diagonal counts.
 std::vector<DampedPole> damped_poles(const std::vector<double>& stiffness,
-                                     const DenseMatrix& damping);
+                                     const DenseMatrix& damping, const ModeRange& coupled);
 
 }  // namespace aula

@@ -31,11 +31,16 @@ struct FlatWall {
     float area_m2 = 0;
 };
 
+struct FlatTriangle {
+    Vec3 normal;
+    float area_m2 = 0;
+};
+
 /// The area of the triangles with a normal along a direction.
-double area_along(const RayScene& scene, const Vec3& direction) {
+double area_along(const std::vector<FlatTriangle>& triangles, const Vec3& direction) {
     double sum = 0;
-    for (const RayScene::Triangle& t : scene.triangles()) {
-        if (std::abs(glm::dot(t.normal, direction)) >= kAlongAxis) sum += double{t.area_m2()};
+    for (const FlatTriangle& t : triangles) {
+        if (std::abs(glm::dot(t.normal, direction)) >= kAlongAxis) sum += double{t.area_m2};
     }
     return sum;
 }
@@ -43,22 +48,23 @@ double area_along(const RayScene& scene, const Vec3& direction) {
 /// Normals with the largest area, the second perpendicular to the first; the third axis is
 /// perpendicular to both. Without a second one any perpendicular axis.
 glm::mat3 main_axes(const RayScene& scene) {
-    std::vector<std::uint32_t> order(scene.triangle_count());
-    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return scene.triangle(a).area_m2() > scene.triangle(b).area_m2();
-    });
-    order.resize(std::min(order.size(), kTriedNormals));
+    std::vector<FlatTriangle> triangles;
+    for (const RayScene::Triangle& t : scene.triangles())
+        triangles.push_back({t.normal, t.area_m2()});
+    std::vector<FlatTriangle> largest = triangles;
+    std::stable_sort(
+        largest.begin(), largest.end(),
+        [](const FlatTriangle& a, const FlatTriangle& b) { return a.area_m2 > b.area_m2; });
+    largest.resize(std::min(largest.size(), kTriedNormals));
     const auto best = [&](const Vec3& across) {
         Vec3 normal(0);
         double largest_m2 = 0;
-        for (const std::uint32_t i : order) {
-            const Vec3 n = scene.triangle(i).normal;
-            if (std::abs(glm::dot(n, across)) > 1e-3F) continue;
-            const double area_m2 = area_along(scene, n);
+        for (const FlatTriangle& t : largest) {
+            if (std::abs(glm::dot(t.normal, across)) > 1e-3F) continue;
+            const double area_m2 = area_along(triangles, t.normal);
             if (area_m2 > 1.0001 * largest_m2) {
                 largest_m2 = area_m2;
-                normal = n;
+                normal = t.normal;
             }
         }
         return normal;

@@ -28,6 +28,7 @@ GridPoints::GridPoints(const RayScene& scene, const GridLines& lines) {
         }
     }
     part_.assign(std::size_t{points_[0]} * points_[1] * points_[2], 0);
+    walls_.assign(cell_count(), 0);
     for (std::size_t axis = 0; axis < 3; ++axis) trace(scene, lines, axis);
     divide_cells();
 }
@@ -45,14 +46,13 @@ GridPoints::Index GridPoints::on_line(std::size_t axis, std::uint32_t line,
 
 std::uint32_t GridPoints::part_at(const Index& i) const {
     const std::uint8_t part = part_[point(i)];
-    const std::uint32_t cell =
-        (i[2] / kPoints * cells_[1] + i[1] / kPoints) * cells_[0] + i[0] / kPoints;
-    return part == kSolid ? kNoPart : first_part_[cell] + part;
+    return part == kSolid ? kNoPart : first_part_[cell_of_point(i)] + part;
 }
 
 void GridPoints::shrink() {
     blocked_ = {};
     crossings_ = {};
+    walls_ = {};
     size_ = {};
     cell_ = {};
 }
@@ -70,19 +70,27 @@ void GridPoints::meet(std::size_t axis, std::uint32_t line, float at, std::uint3
         } else {
             all.push_back({high_point, line, at, at, triangle, triangle});
         }
-        if (high_point > 0) blocked_[axis][point(on_line(axis, line, high_point - 1))] = 1;
+        if (high_point == 0) return;
+        const Index below = on_line(axis, line, high_point - 1);
+        blocked_[axis][point(below)] = 1;
+        mark(below, high_point % kPoints == 0 ? kAfter << axis : kInside);
     };
     const auto is_on = [&](std::uint32_t p) {
         const float apart = position[1] - position[0];
         return p < position.size() && std::abs(position[p] - at) < kOnWall * apart;
     };
+    const auto fill = [&](std::uint32_t p) {
+        const Index solid = on_line(axis, line, p);
+        part_[point(solid)] = kSolid;
+        mark(solid, kInside);
+    };
     if (high > 0 && is_on(high - 1)) {
-        part_[point(on_line(axis, line, high - 1))] = kSolid;
+        fill(high - 1);
         block(high - 1);
     }
     block(high);
     if (is_on(high)) {
-        part_[point(on_line(axis, line, high))] = kSolid;
+        fill(high);
         block(high + 1);
     }
 }
@@ -140,22 +148,27 @@ void GridPoints::divide_cells() {
     const std::uint32_t count = cells_[0] * cells_[1] * cells_[2];
     std::array<std::uint32_t, kPointsOfCell> open{};
     for (std::uint32_t cell = 0; cell < count; ++cell) {
+        first_part_.push_back(parts());
+        if (!is_cut(cell)) {
+            size_.push_back(kPointsOfCell);
+            cell_.push_back(cell);
+            continue;
+        }
         const Index c = cell_index(cell);
         const Index base{c[0] * kPoints, c[1] * kPoints, c[2] * kPoints};
-        first_part_.push_back(static_cast<std::uint32_t>(size_.size()));
         std::array<std::uint8_t, kPointsOfCell> part{};  // + 1
-        std::uint8_t parts = 0;
+        std::uint8_t found = 0;
         const auto at = [&](std::uint32_t k) {
             return point({base[0] + k % kPoints, base[1] + k / kPoints % kPoints,
                           base[2] + k / kPoints / kPoints});
         };
         for (std::uint32_t seed = 0; seed < kPointsOfCell; ++seed) {
             if (part[seed] != 0 || part_[at(seed)] == kSolid) continue;
-            ++parts;
+            ++found;
             std::size_t waiting = 0;
             std::uint32_t members = 0;
             open[waiting++] = seed;
-            part[seed] = parts;
+            part[seed] = found;
             while (waiting > 0) {
                 const std::uint32_t k = open[--waiting];
                 ++members;
@@ -165,7 +178,7 @@ void GridPoints::divide_cells() {
                     const auto visit = [&](std::uint32_t other, std::uint32_t low) {
                         if (part[other] != 0 || blocked_[axis][at(low)] != 0) return;
                         if (part_[at(other)] == kSolid) return;
-                        part[other] = parts;
+                        part[other] = found;
                         open[waiting++] = other;
                     };
                     if (along > 0) visit(k - step, k - step);
@@ -179,7 +192,7 @@ void GridPoints::divide_cells() {
             if (part[k] != 0) part_[at(k)] = static_cast<std::uint8_t>(part[k] - 1);
         }
     }
-    first_part_.push_back(static_cast<std::uint32_t>(size_.size()));
+    first_part_.push_back(parts());
 }
 
 }  // namespace aula

@@ -12,8 +12,18 @@ namespace aula {
 
 namespace {
 
-/// The 16 columns of a block in one cell; aligned as a float.
-using Lanes = float __attribute__((vector_size(64), aligned(4), may_alias));
+/// The 16 columns of a block in one cell.
+using Lanes = float __attribute__((vector_size(64)));
+
+[[gnu::always_inline]] inline Lanes loaded(const float* from) {
+    Lanes lanes;
+    std::memcpy(&lanes, from, sizeof lanes);
+    return lanes;
+}
+
+[[gnu::always_inline]] inline void store(const Lanes& lanes, float* to) {
+    std::memcpy(to, &lanes, sizeof lanes);
+}
 
 /// Cells whose products are added in single precision, before they are added in double precision.
 constexpr std::size_t kRun = 512;
@@ -24,26 +34,23 @@ constexpr std::size_t kTile = 8;
 /// y = a (A - c) x + b y
 AULA_MULTIVERSION
 void add_applied(const WaveOperator& op, const float* x, float* y, float a, float c, float b) {
-    const Lanes* from = reinterpret_cast<const Lanes*>(x);
-    Lanes* to = reinterpret_cast<Lanes*>(y);
+    constexpr std::size_t kBlock = ModeColumns::kBlock;
     for (std::size_t i = 0; i < op.cells(); ++i) {
-        Lanes sum = from[i] * (op.diagonal[i] - c);
+        Lanes sum = loaded(x + i * kBlock) * (op.diagonal[i] - c);
         for (std::uint32_t k = op.first[i]; k < op.first[i + 1]; ++k) {
-            sum -= from[op.neighbour[k]] * op.weight[k];
+            sum -= loaded(x + op.neighbour[k] * kBlock) * op.weight[k];
         }
-        to[i] = sum * a + to[i] * b;
+        store(sum * a + loaded(y + i * kBlock) * b, y + i * kBlock);
     }
 }
 
 /// sums[k][l] += x[i][k] y[i][l] over cells i, for k < kTile.
 AULA_MULTIVERSION
 void add_products(const float* x, const float* y, std::size_t cells, float* sums) {
-    const Lanes* right = reinterpret_cast<const Lanes*>(y);
     Lanes sum[kTile] = {};
     for (std::size_t i = 0; i < cells; ++i) {
-        for (std::size_t k = 0; k < kTile; ++k) {
-            sum[k] += right[i] * x[i * ModeColumns::kBlock + k];
-        }
+        const Lanes right = loaded(y + i * ModeColumns::kBlock);
+        for (std::size_t k = 0; k < kTile; ++k) sum[k] += right * x[i * ModeColumns::kBlock + k];
     }
     std::memcpy(sums, sum, sizeof sum);
 }
@@ -51,25 +58,22 @@ void add_products(const float* x, const float* y, std::size_t cells, float* sums
 /// y[i] += sum over k < 16 of x[i][k] rows[k], for cells in groups of kTile.
 AULA_MULTIVERSION
 void add_combined(const float* x, const float* rows, std::size_t cells, float* y) {
-    const Lanes* row = reinterpret_cast<const Lanes*>(rows);
-    Lanes* to = reinterpret_cast<Lanes*>(y);
+    constexpr std::size_t kBlock = ModeColumns::kBlock;
     std::size_t i = 0;
     for (; i + kTile <= cells; i += kTile) {
         Lanes sum[kTile];
-        for (std::size_t j = 0; j < kTile; ++j) sum[j] = to[i + j];
-        for (std::size_t k = 0; k < ModeColumns::kBlock; ++k) {
-            for (std::size_t j = 0; j < kTile; ++j) {
-                sum[j] += row[k] * x[(i + j) * ModeColumns::kBlock + k];
-            }
+        for (std::size_t j = 0; j < kTile; ++j) sum[j] = loaded(y + (i + j) * kBlock);
+        for (std::size_t k = 0; k < kBlock; ++k) {
+            const Lanes row = loaded(rows + k * kBlock);
+            for (std::size_t j = 0; j < kTile; ++j) sum[j] += row * x[(i + j) * kBlock + k];
         }
-        for (std::size_t j = 0; j < kTile; ++j) to[i + j] = sum[j];
+        for (std::size_t j = 0; j < kTile; ++j) store(sum[j], y + (i + j) * kBlock);
     }
     for (; i < cells; ++i) {
-        Lanes sum = to[i];
-        for (std::size_t k = 0; k < ModeColumns::kBlock; ++k) {
-            sum += row[k] * x[i * ModeColumns::kBlock + k];
-        }
-        to[i] = sum;
+        Lanes sum = loaded(y + i * kBlock);
+        for (std::size_t k = 0; k < kBlock; ++k)
+            sum += loaded(rows + k * kBlock) * x[i * kBlock + k];
+        store(sum, y + i * kBlock);
     }
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <utility>
 
 #include "engine/rays/room_survey.h"
@@ -84,6 +86,15 @@ void RoomGrid::Builder::find_faces() {
         for (std::uint32_t cell = 0; cell < points.cell_count(); ++cell) {
             const Index at = points.cell_index(cell);
             if (at[axis] + 1 == points.cells()[axis]) continue;
+            Index beyond = at;
+            ++beyond[axis];
+            const std::uint32_t next_cell = points.cell_at(beyond);
+            if (!points.is_cut(cell) && !points.is_cut_after(cell, axis) &&
+                !points.is_cut(next_cell)) {
+                faces.push_back({points.first_part(cell), points.first_part(next_cell),
+                                 kPointsOfFace, static_cast<std::uint8_t>(axis)});
+                continue;
+            }
             const std::size_t first = faces.size();
             Index i{};
             i[axis] = at[axis] * kPoints + kPoints - 1;
@@ -398,18 +409,58 @@ RoomGrid::RoomGrid(std::shared_ptr<const RayScene> scene, std::span<const Vec3> 
     points_.shrink();
 }
 
-std::optional<std::uint32_t> RoomGrid::cell_at(const Vec3& place) const {
+std::optional<GridPoints::Index> RoomGrid::nearest_point(const Vec3& place) const {
     const Vec3 at = lines_.to_grid(place);
-    std::array<std::int64_t, 3> nearest{};
+    GridPoints::Index nearest{};
     for (int axis = 0; axis < 3; ++axis) {
         const std::vector<float>& planes = lines_.planes(axis);
         const auto above = std::upper_bound(planes.begin(), planes.end(), at[axis]);
         if (above == planes.begin() || above == planes.end()) return {};
         const float share = (at[axis] - above[-1]) / (*above - above[-1]);
         nearest[static_cast<std::size_t>(axis)] =
-            (above - planes.begin() - 1) * std::int64_t{kPoints} +
-            std::min<std::int64_t>(static_cast<std::int64_t>(share * kPoints), kPoints - 1);
+            static_cast<std::uint32_t>(above - planes.begin() - 1) * kPoints +
+            std::min(static_cast<std::uint32_t>(share * kPoints), kPoints - 1);
     }
+    return nearest;
+}
+
+std::optional<std::uint32_t> RoomGrid::cell_of(const GridPoints::Index& point) const {
+    const std::uint32_t part = points_.part_at(point);
+    if (part == GridPoints::kNoPart || cell_of_[part] == kNoCell) return {};
+    return cell_of_[part];
+}
+
+std::vector<std::optional<std::uint32_t>> RoomGrid::cells_of(const RoomGrid& other) const {
+    std::vector<std::optional<std::uint32_t>> result(grid_.cells());
+    std::vector<char> is_done(grid_.cells());
+    for (std::uint32_t c = 0; c < points_.cell_count(); ++c) {
+        const GridPoints::Index corner = points_.cell_index(c);
+        // From the middle on: of a cell that no wall divides one point suffices.
+        constexpr std::uint32_t kMiddle = ((kPoints + 1) * kPoints + 1) * kPoints / 2;
+        std::uint32_t parts = points_.first_part(c + 1) - points_.first_part(c);
+        for (std::uint32_t k = 0; k < kPointsOfCell && parts > 0; ++k) {
+            const std::uint32_t at = (kMiddle + k) % kPointsOfCell;
+            const GridPoints::Index point{corner[0] * kPoints + at % kPoints,
+                                          corner[1] * kPoints + at / kPoints % kPoints,
+                                          corner[2] * kPoints + at / kPointsOfFace};
+            const std::optional<std::uint32_t> cell = cell_of(point);
+            if (!cell || is_done[*cell] != 0) continue;
+            const Vec3 position = points_.position(point);
+            const Vec3 from_centre = glm::abs(position - grid_.centre_m[*cell]);
+            // A small part that was merged with a cell beside it.
+            if (glm::any(glm::greaterThan(from_centre, grid_.size_m[*cell] * 0.5F))) continue;
+            const auto nearest = other.nearest_point(lines_.to_world(position));
+            if (nearest) result[*cell] = other.cell_of(*nearest);
+            is_done[*cell] = 1;
+            --parts;
+        }
+    }
+    return result;
+}
+
+std::optional<std::uint32_t> RoomGrid::cell_at(const Vec3& place) const {
+    const auto nearest = nearest_point(place);
+    if (!nearest) return {};
     // The nearest point of the air, of 27, that no wall separates from the place.
     std::optional<std::uint32_t> found;
     int least = 4;
@@ -420,15 +471,14 @@ std::optional<std::uint32_t> RoomGrid::cell_at(const Vec3& place) const {
         GridPoints::Index p{};
         bool inside = true;
         for (std::size_t a = 0; a < 3; ++a) {
-            const std::int64_t i = nearest[a] + step[a];
+            const std::int64_t i = std::int64_t{(*nearest)[a]} + step[a];
             inside = inside && i >= 0 && i < points_.points()[a];
             p[a] = static_cast<std::uint32_t>(i);
         }
-        const std::uint32_t part = inside ? points_.part_at(p) : GridPoints::kNoPart;
-        if (part == GridPoints::kNoPart || cell_of_[part] == kNoCell) continue;
-        if (!scene_->visible(place, lines_.to_world(points_.position(p)))) continue;
+        const std::optional<std::uint32_t> cell = inside ? cell_of(p) : std::nullopt;
+        if (!cell || !scene_->visible(place, lines_.to_world(points_.position(p)))) continue;
         least = distance;
-        found = cell_of_[part];
+        found = cell;
     }
     return found;
 }

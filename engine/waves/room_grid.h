@@ -37,10 +37,17 @@ class RoomGrid {
     /// the air of the grid.
     std::optional<std::uint32_t> cell_at(const Vec3& place) const;
 
+    /// [cell] the cell of another grid of the same world with the same air, which is that of one of
+    /// the points of each cell; empty where the other one has none.
+    std::vector<std::optional<std::uint32_t>> cells_of(const RoomGrid& other) const;
+
     std::size_t memory_bytes() const;
 
  private:
     struct Builder;
+
+    std::optional<GridPoints::Index> nearest_point(const Vec3& place) const;
+    std::optional<std::uint32_t> cell_of(const GridPoints::Index& point) const;
 
     std::shared_ptr<const RayScene> scene_;
     GridLines lines_;

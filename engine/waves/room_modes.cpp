@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "engine/base/mix64.h"
@@ -21,13 +22,26 @@ constexpr double kPi = std::numbers::pi;
 /// 0.8 dB, where the damping's error remains.
 constexpr double kCellsPerWavelength = 6.5;
 
-/// Above it the polynomial amplifies the lowest modes so much, 450 times, that products in single
-/// precision lose the others.
-constexpr int kDegree = 12;
+/// Of the polynomials. The first one amplifies the lowest modes 450 times: at more, products of
+/// columns that contain all modes lose the highest ones in single precision. Columns of another
+/// room, and later ones, are nearly single modes; the square of that leaves 1 % of the lowest ones
+/// in the highest.
+constexpr int kFirstDegree = 12;
+constexpr int kDegree = 24;
 
-/// Passes at most, and the error of a frequency at which they end: below that of the grid.
-constexpr int kMaxPasses = 10;
+/// Passes at most, ten and those before a search begins anew, and the error of a frequency at which
+/// they end: below that of the grid.
+constexpr int kMaxPasses = 14;
 constexpr double kMaxError = 1e-4;
+
+/// The same where the room changes, so that it is followed sooner: a third of the error that tests
+/// allow, up to a share of the highest wave number above which the taper leaves a third of a mode.
+constexpr double kMaxChangingError = 1e-3;
+constexpr double kChangingShare = 0.95;
+
+/// Passes from the modes of a room that differs, after which a search begins anew: more than three
+/// show that it differs too much.
+constexpr int kMaxWarmPasses = 4;
 
 /// More columns than modes: without them the highest modes converge slowly.
 constexpr double kSpareShare = 0.12;
@@ -35,6 +49,9 @@ constexpr double kSpareColumns = 10;
 
 /// A squared norm, of 1, below which a column depends on the others in single precision.
 constexpr double kDependent = 2e-5;
+
+/// Above it the columns are so independent that one factor makes them orthonormal.
+constexpr double kIndependent = 0.05;
 
 /// Below this squared wave number in 1/m2, 0.5 Hz, a mode is the constant pressure.
 constexpr double kConstant = 1e-4;
@@ -47,6 +64,12 @@ constexpr float kNoise = 0.3F;
 struct PivotedFactor {
     std::vector<std::size_t> order;  ///< [row] column of the matrix
     DenseMatrix lower;
+
+    /// The least remainder that was taken.
+    double least() const {
+        const double last = lower.at(order.size() - 1, order.size() - 1);
+        return last * last;
+    }
 };
 
 PivotedFactor factored(const DenseMatrix& matrix, double least) {
@@ -83,53 +106,25 @@ PivotedFactor factored(const DenseMatrix& matrix, double least) {
     return result;
 }
 
-/// The transposed inverse of the factor, so that columns times it are orthonormal: one row for each
-/// column of the matrix.
-DenseMatrix orthonormalizer(const PivotedFactor& factor, std::size_t rows) {
-    const std::size_t rank = factor.order.size();
-    DenseMatrix inverse(rank, rank);  // of the lower triangle
-    for (std::size_t j = 0; j < rank; ++j) {
-        inverse.at(j, j) = 1 / factor.lower.at(j, j);
-        for (std::size_t i = j + 1; i < rank; ++i) {
-            double sum = 0;
-            for (std::size_t k = j; k < i; ++k) sum -= factor.lower.at(i, k) * inverse.at(k, j);
-            inverse.at(i, j) = sum / factor.lower.at(i, i);
-        }
-    }
-    DenseMatrix result(rows, rank);
-    for (std::size_t i = 0; i < rank; ++i) {
-        for (std::size_t j = i; j < rank; ++j) {
-            result.at(factor.order[i], j) = inverse.at(j, i);
-        }
-    }
-    return result;
-}
-
-DenseMatrix product(const DenseMatrix& a, const DenseMatrix& b) {
-    DenseMatrix result(a.rows, b.columns);
-    for (std::size_t i = 0; i < a.rows; ++i) {
-        for (std::size_t k = 0; k < a.columns; ++k) {
-            const double factor = a.at(i, k);
-            if (factor == 0) continue;
-            for (std::size_t j = 0; j < b.columns; ++j) result.at(i, j) += factor * b.at(k, j);
-        }
-    }
-    return result;
-}
-
-DenseMatrix transposed(const DenseMatrix& m) {
-    DenseMatrix result(m.columns, m.rows);
-    for (std::size_t i = 0; i < m.rows; ++i) {
-        for (std::size_t j = 0; j < m.columns; ++j) result.at(j, i) = m.at(i, j);
-    }
-    return result;
-}
-
 /// The first rows and columns.
 DenseMatrix corner(const DenseMatrix& m, std::size_t count) {
     DenseMatrix result(count, count);
     for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t j = 0; j < count; ++j) result.at(i, j) = m.at(i, j);
+    }
+    return result;
+}
+
+/// The transposed inverse of the factor, so that columns times it are orthonormal: one row for each
+/// column of the matrix.
+DenseMatrix orthonormalizer(const PivotedFactor& factor) {
+    const std::size_t rank = factor.order.size();
+    const DenseMatrix inverse = inverse_of_lower(corner(factor.lower, rank));
+    DenseMatrix result(factor.lower.rows, rank);
+    for (std::size_t i = 0; i < rank; ++i) {
+        for (std::size_t j = i; j < rank; ++j) {
+            result.at(factor.order[i], j) = inverse.at(j, i);
+        }
     }
     return result;
 }
@@ -150,16 +145,15 @@ ModeColumns first_columns(const WaveGrid& grid, std::size_t blocks) {
     }
     struct Product {
         float wave_number2 = 0;
-        std::array<int, 3> order{};
+        std::array<std::size_t, 3> order{};
     };
     const Vec3 extent = high - low;
     const std::size_t columns = blocks * ModeColumns::kBlock;
-    const int most = static_cast<int>(columns);
     std::vector<Product> products;
     // Orders (a + 1)(b + 1)(c + 1) > columns are preceded by as many lower products.
-    for (int a = 0; a < most; ++a) {
-        for (int b = 0; (a + 1) * (b + 1) <= most; ++b) {
-            for (int c = 0; (a + 1) * (b + 1) * (c + 1) <= most; ++c) {
+    for (std::size_t a = 0; a < columns; ++a) {
+        for (std::size_t b = 0; (a + 1) * (b + 1) <= columns; ++b) {
+            for (std::size_t c = 0; (a + 1) * (b + 1) * (c + 1) <= columns; ++c) {
                 const Vec3 k = Vec3(a, b, c) / extent;
                 products.push_back({glm::dot(k, k), {a, b, c}});
             }
@@ -168,22 +162,57 @@ ModeColumns first_columns(const WaveGrid& grid, std::size_t blocks) {
     std::stable_sort(products.begin(), products.end(), [](const Product& a, const Product& b) {
         return a.wave_number2 < b.wave_number2;
     });
+    products.resize(std::min(products.size(), columns));
+    std::array<std::size_t, 3> highest{};
+    for (const Product& product : products)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            highest[axis] = std::max(highest[axis], product.order[axis]);
     ModeColumns result(grid.cells(), blocks);
+    std::array<std::vector<float>, 3> cosines;  // [order] along each axis, at a cell
     for (std::size_t i = 0; i < grid.cells(); ++i) {
         const Vec3 at = (grid.centre_m[i] - low) / extent;
         const float scale = std::sqrt(grid.volume_m3[i]);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            cosines[axis].clear();
+            for (std::size_t order = 0; order <= highest[axis]; ++order)
+                cosines[axis].push_back(
+                    std::cos(std::numbers::pi_v<float> * static_cast<float>(order) *
+                             at[static_cast<int>(axis)]));
+        }
         for (std::size_t j = 0; j < columns; ++j) {
             float value = kNoise * noise(i, j, 0);
             if (j < products.size()) {
-                float cosines = 1;
-                for (int axis = 0; axis < 3; ++axis) {
-                    const auto order =
-                        static_cast<float>(products[j].order[static_cast<std::size_t>(axis)]);
-                    cosines *= std::cos(std::numbers::pi_v<float> * order * at[axis]);
-                }
-                value += cosines;
+                const auto& order = products[j].order;
+                value += cosines[0][order[0]] * cosines[1][order[1]] * cosines[2][order[2]];
             }
             result.at(i, j) = scale * value;
+        }
+    }
+    return result;
+}
+
+/// The shapes of a room that differs little. A cell without air there gets the mean of the cells
+/// beside it, or noise of the same level. A step at a leaf that has moved would add all high modes.
+ModeColumns first_columns(const WaveGrid& grid, std::size_t blocks, const NearModes& near) {
+    ModeColumns result(grid.cells(), blocks);
+    const std::size_t known = std::min(result.columns(), near.shapes.columns());
+    const auto level = static_cast<float>(1 / std::sqrt(grid.total_volume_m3()));
+    for (std::size_t i = 0; i < grid.cells(); ++i) {
+        std::vector<std::uint32_t> from;
+        if (near.cells[i]) {
+            from.push_back(*near.cells[i]);
+        } else {
+            for (std::uint32_t k = grid.first_link[i]; k < grid.first_link[i + 1]; ++k)
+                if (const auto& beside = near.cells[grid.links[k].cell]) from.push_back(*beside);
+        }
+        const float scale = std::sqrt(grid.volume_m3[i]);
+        for (std::size_t j = 0; j < result.columns(); ++j) {
+            float value = 0;
+            if (j < known)
+                for (const std::uint32_t cell : from) value += near.shapes.at(cell, j);
+            const bool is_known = j < known && !from.empty();
+            result.at(i, j) = scale * (is_known ? value / static_cast<float>(from.size())
+                                                : level * noise(i, j, 0));
         }
     }
     return result;
@@ -212,16 +241,18 @@ void normalize(ModeColumns& columns, WorkerPool& pool) {
 std::vector<double> project(const WaveOperator& op, ModeColumns& columns, std::uint64_t round,
                             WorkerPool& pool) {
     normalize(columns, pool);
-    const PivotedFactor factor = factored(columns.products(columns, pool), kDependent);
+    PivotedFactor factor = factored(columns.products(columns, pool), kDependent);
     const std::size_t rank = factor.order.size();
-    columns = columns.times(orthonormalizer(factor, columns.columns()), pool);
-    // Orthonormal up to the rounding of dependent columns, which a second factor removes.
-    const DenseMatrix second =
-        orthonormalizer(factored(corner(columns.products(columns, pool), rank), kDependent), rank);
+    if (rank < columns.columns() || factor.least() < kIndependent) {
+        columns = columns.times(orthonormalizer(factor), pool);
+        // Orthonormal up to the rounding of dependent columns, which a second factor removes.
+        factor = factored(corner(columns.products(columns, pool), rank), kDependent);
+    }
+    const DenseMatrix orthonormal = orthonormalizer(factor);
     const DenseMatrix energy = corner(columns.products(columns.applied(op, pool), pool), rank);
     const SymmetricEigen eigen =
-        symmetric_eigen(product(transposed(second), product(energy, second)));
-    columns = columns.times(product(second, eigen.vectors), pool);
+        symmetric_eigen(product_transposed(orthonormal, product(energy, orthonormal)));
+    columns = columns.times(product(orthonormal, eigen.vectors), pool);
     for (std::size_t j = eigen.values.size(); j < columns.columns(); ++j) {
         for (std::size_t i = 0; i < columns.cells(); ++i) columns.at(i, j) = noise(i, j, round);
     }
@@ -307,7 +338,8 @@ double cell_for_wave_number_m(double wave_number) {
 
 double wave_number_of_cell(double cell_m) { return 2 * kPi / (kCellsPerWavelength * cell_m); }
 
-RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, WorkerPool& pool) {
+RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, WorkerPool& pool,
+                          const std::optional<NearModes>& near, const std::stop_token& stop) {
     RoomModes modes;
     modes.highest_wave_number = highest_wave_number;
     modes.expected_count = weyl_count(highest_wave_number, grid.total_volume_m3(), grid.wall_m2());
@@ -318,34 +350,46 @@ RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, Work
     const WaveOperator op(grid);
     const double highest2 = highest_wave_number * highest_wave_number;
 
-    ModeColumns columns = first_columns(grid, blocks);
+    const double first_low = 1.08 * highest2;  // about where the spare columns end
+    bool is_warm = near.has_value();
+    ModeColumns columns =
+        is_warm ? first_columns(grid, blocks, *near) : first_columns(grid, blocks);
+    bool is_mixed = !is_warm;  // each column contains all modes
     std::vector<double> eigenvalues;
-    double low = 1.08 * highest2;  // about where the spare columns end
+    double low = first_low;
     for (modes.passes = 1;; ++modes.passes) {
-        columns.filter(op, kDegree, low, double{op.bound}, pool);
+        columns.filter(op, is_mixed ? kFirstDegree : kDegree, low, double{op.bound}, pool);
         eigenvalues = project(op, columns, static_cast<std::uint64_t>(modes.passes), pool);
-        modes.error = frequency_error(op, columns, eigenvalues, highest2, pool);
-        if (modes.error < kMaxError || modes.passes == kMaxPasses) break;
+        modes.error =
+            frequency_error(op, columns, eigenvalues,
+                            (is_warm ? kChangingShare * kChangingShare : 1) * highest2, pool);
+        if (modes.error < (is_warm ? kMaxChangingError : kMaxError) || modes.passes == kMaxPasses ||
+            stop.stop_requested())
+            break;
         low = std::max(eigenvalues.back(), 1.02 * highest2);
+        is_mixed = false;
+        if (is_warm && modes.passes == kMaxWarmPasses) {
+            is_warm = false;
+            columns = first_columns(grid, blocks);
+            is_mixed = true;
+            low = first_low;
+        }
     }
     correct_dispersion(grid, columns, eigenvalues, pool);
 
     // Modes above the last column, which is the least exact, are unknown.
     const double last2 = *std::max_element(eigenvalues.begin(), eigenvalues.end());
     modes.highest_wave_number = std::min(highest_wave_number, 0.98 * std::sqrt(last2));
-    std::vector<std::size_t> order;
-    for (std::size_t j = 0; j < eigenvalues.size(); ++j) {
-        if (eigenvalues[j] <= modes.highest_wave_number * modes.highest_wave_number) {
-            order.push_back(j);
-        }
-    }
-    std::stable_sort(order.begin(), order.end(),
+    std::vector<std::size_t> order(columns.columns());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(eigenvalues.size()),
                      [&](std::size_t a, std::size_t b) { return eigenvalues[a] < eigenvalues[b]; });
-    for (const std::size_t j : order) {
-        modes.wave_number2.push_back(eigenvalues[j] < kConstant ? 0 : eigenvalues[j]);
+    for (std::size_t j = 0; j < eigenvalues.size(); ++j) {
+        const double k2 = eigenvalues[order[j]];
+        if (k2 > modes.highest_wave_number * modes.highest_wave_number) break;
+        modes.wave_number2.push_back(k2 < kConstant ? 0 : k2);
     }
-    modes.shapes =
-        ModeColumns(grid.cells(), (order.size() + ModeColumns::kBlock - 1) / ModeColumns::kBlock);
+    modes.shapes = ModeColumns(grid.cells(), blocks);
     for (std::size_t i = 0; i < grid.cells(); ++i) {
         const float scale = 1 / std::sqrt(grid.volume_m3[i]);
         for (std::size_t j = 0; j < order.size(); ++j) {

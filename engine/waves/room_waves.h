@@ -1,8 +1,11 @@
 #pragma once
 
+#include <complex>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "engine/base/worker_pool.h"
@@ -19,7 +22,8 @@ namespace aula {
 struct WaveLimits {
     double modes = 180;       ///< about that number at most: the time grows with its third power
     double highest_hz = 500;  ///< at most
-    double schroeder = 1.5;   ///< at most that multiple of Schroeder's frequency
+    double lowest_hz = 20;    ///< no modes if they end below it
+    double schroeder = 1.5;   ///< at most that multiple of each octave's Schroeder frequency
     double cells = 1;         ///< multiple of the cells along an axis that suffice
     double most_cells = 1 << 17;  ///< within the bounds of the room: 0.1 GB while it is cut
     double most_open = 0.05;  ///< share of openings in the surface, above which there are no modes
@@ -36,11 +40,15 @@ enum class RoomFault {
 /// air that is connected with given places, with all objects at their present positions. Immutable.
 class RoomWaves {
  public:
-    /// Empty if the room has a fault, or if it is too flat or too large for its grid. The same
-    /// bytes for any number of threads.
+    /// Empty if the room has a fault, or if its modes end below WaveLimits::lowest_hz: it is flat
+    /// or large, or absorbs much; or after a request to stop, which takes some tenths of a second.
+    /// The room as it was `before` a small change, if it is given, halves the time. The same bytes
+    /// for any number of threads.
     static std::optional<RoomWaves> find(const std::shared_ptr<const RayScene>& scene,
                                          std::span<const Vec3> places, double speed_of_sound_m_s,
-                                         const WaveLimits& limits, WorkerPool& pool);
+                                         const WaveLimits& limits, WorkerPool& pool,
+                                         const RoomWaves* before = nullptr,
+                                         const std::stop_token& stop = {});
 
     /// Of the room of the places, by a coarse grid.
     static RoomFault fault(const std::shared_ptr<const RayScene>& scene,
@@ -67,6 +75,14 @@ class RoomWaves {
 
     /// Empty at places outside the air of the room.
     std::optional<WaveResponse> response(const Vec3& source, const Vec3& receiver) const;
+
+    /// The modes at a place; empty outside the air of the room.
+    std::optional<ModeValues> modes_at(const Vec3& place) const;
+
+    /// The amplitudes of the modes with a source of amplitude 1 at 1 m in free field, at a
+    /// frequency up to highest_hz(): the pressure at a place is the sum of their products with its
+    /// modes. Empty outside the air of the room.
+    std::vector<std::complex<double>> amplitudes(const Vec3& source, double hz) const;
 
  private:
     RoomWaves(RoomGrid grid, double speed_of_sound_m_s)

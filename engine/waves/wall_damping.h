@@ -35,6 +35,10 @@ class WallDamping {
 /// modes at an edge would be missing in their band; a step would ring.
 inline constexpr double kOctaveFade = 1.0 / 48;
 
+/// Share of the highest wave number of the modes over which their amplitudes in the field fall to
+/// 0, linearly. Without it each further mode would change the field between the modes.
+inline constexpr double kModeTaper = 0.15;
+
 /// All poles of a room in 1/m, s = j k, with its walls as they are in some adjacent octaves.
 struct OctavePoles {
     double begin = 0;  ///< 1/m; the middle of the fade to the octaves below; 0 for the lowest
@@ -43,7 +47,7 @@ struct OctavePoles {
 };
 
 /// The poles of a room with the absorption coefficients of each octave that has modes; octaves with
-/// equal coefficients share them.
+/// equal coefficients share them. Their residues have the taper.
 std::vector<OctavePoles> room_poles(const RoomModes& modes, const WallDamping& damping,
                                     const RayScene& scene, double speed_of_sound_m_s,
                                     WorkerPool& pool);

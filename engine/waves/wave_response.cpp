@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
 
 #include "engine/base/near_field.h"
+#include "process/multiversion.h"
 
 namespace aula {
 
@@ -18,15 +20,15 @@ using Complex = std::complex<double>;
 /// continued fraction.
 constexpr double kSeriesEnd = 3;
 
-/// 0..1: the part above an edge, at a ratio of wave numbers to it.
+/// 0..1: the part above an edge, at a ratio of wave numbers to it. Smooth: corners would ring.
 double share_above(double ratio) {
-    return std::clamp(0.5 + std::log2(ratio) / kOctaveFade, 0.0, 1.0);
+    const double x = std::clamp(0.5 + std::log2(ratio) / kOctaveFade, 0.0, 1.0);
+    return x * x * (3 - 2 * x);
 }
 
 /// Adds poles and their residues, with the share of the octaves.
-void add_field(const WaveResponse::Octaves& octaves, double wave_number, double share,
+void add_field(const WaveResponse::Octaves& octaves, const Complex& s, double share,
                WaveField& sum) {
-    const Complex s(0, wave_number);
     for (std::size_t i = 0; i < octaves.poles.size(); ++i) {
         const Complex pole = octaves.poles[i];
         const Complex upper = share / (s - pole);
@@ -38,14 +40,169 @@ void add_field(const WaveResponse::Octaves& octaves, double wave_number, double 
     }
 }
 
+/// Means over an interval of sine and cosine and their integrals Si(x) and Ci(|x|).
+struct MeanIntegrals {
+    MeanIntegrals(double from, double to) {
+        const Antiderivatives low(from);
+        const Antiderivatives high(to);
+        const double span = to - from;
+        sine = (high.sine - low.sine) / span;
+        cosine = (high.cosine - low.cosine) / span;
+        sine_integral = (high.sine_integral - low.sine_integral) / span;
+        cosine_integral = (high.cosine_integral - low.cosine_integral) / span;
+    }
+
+    double sine = 0;
+    double cosine = 0;
+    double sine_integral = 0;
+    double cosine_integral = 0;
+
+ private:
+    struct Antiderivatives {
+        explicit Antiderivatives(double x) : sine(-std::cos(x)), cosine(std::sin(x)) {
+            const double positive = std::max(std::abs(x), std::numeric_limits<double>::min());
+            const auto [si, ci] = sine_cosine_integrals(positive);
+            sine_integral = positive * si + std::cos(x);
+            cosine_integral = x * ci - std::sin(x);
+        }
+
+        double sine;
+        double cosine;
+        double sine_integral;
+        double cosine_integral;
+    };
+};
+
+/// A pole and its residues in single precision.
+struct PoleTerm {
+    float damping = 0;  ///< the real part of s - pole
+    float wave_number = 0;
+    std::array<float, 4> real{};
+    std::array<float, 4> imaginary{};
+};
+
+/// Wave numbers that are computed together.
+constexpr std::size_t kTogether = 16;
+using Together = float __attribute__((vector_size(kTogether * sizeof(float))));
+
+/// Adds the poles and their conjugates at kTogether wave numbers, each times a share, to the real
+/// and imaginary parts of the four spectra.
+AULA_MULTIVERSION void add_poles(const PoleTerm* terms, std::size_t count, const float* at,
+                                 const float* shares, float* sums) {
+    Together k;
+    Together share;
+    Together sum[8];
+    std::memcpy(&k, at, sizeof k);
+    std::memcpy(&share, shares, sizeof share);
+    std::memcpy(sum, sums, sizeof sum);
+    for (std::size_t i = 0; i < count; ++i) {
+        const PoleTerm& term = terms[i];
+        // 1 / (s - pole) and the same of the conjugate pole.
+        const Together below = k - term.wave_number;
+        const Together above = k + term.wave_number;
+        const Together upper = share / (term.damping * term.damping + below * below);
+        const Together lower = share / (term.damping * term.damping + above * above);
+        const Together upper_imaginary = -below * upper;
+        const Together lower_imaginary = -above * lower;
+        const Together real_sum = term.damping * (upper + lower);
+        const Together real_difference = term.damping * (upper - lower);
+        const Together imaginary_sum = upper_imaginary + lower_imaginary;
+        const Together imaginary_difference = upper_imaginary - lower_imaginary;
+        for (std::size_t c = 0; c < 4; ++c) {
+            sum[2 * c] += term.real[c] * real_sum - term.imaginary[c] * imaginary_difference;
+            sum[2 * c + 1] += term.real[c] * imaginary_sum + term.imaginary[c] * real_difference;
+        }
+    }
+    std::memcpy(sums, sum, sizeof sum);
+}
+
+/// Poles below this wave number in 1/m, of 5 Hz, are those of the constant pressure.
+constexpr double kConstantPressure = 0.1;
+
+bool is_constant(const Complex& pole) { return std::abs(pole) < kConstantPressure; }
+
+/// The poles of the constant pressure.
+WaveResponse::Octaves constant_of(const WaveResponse::Octaves& octaves) {
+    WaveResponse::Octaves constant;
+    for (std::size_t i = 0; i < octaves.poles.size(); ++i) {
+        if (!is_constant(octaves.poles[i])) continue;
+        constant.poles.push_back(octaves.poles[i]);
+        constant.residues.push_back(octaves.residues[i]);
+    }
+    return constant;
+}
+
+/// All other poles.
+std::vector<PoleTerm> terms_of(const WaveResponse::Octaves& octaves, double shift) {
+    std::vector<PoleTerm> terms;
+    for (std::size_t i = 0; i < octaves.poles.size(); ++i) {
+        const Complex pole = octaves.poles[i];
+        if (is_constant(pole)) continue;
+        // A real pole is its own conjugate.
+        const float factor = pole.imag() == 0 ? 0.5F : 1.0F;
+        PoleTerm& term = terms.emplace_back();
+        term.damping = static_cast<float>(shift - pole.real());
+        term.wave_number = static_cast<float>(pole.imag());
+        for (std::size_t c = 0; c < 4; ++c) {
+            const Complex residue = octaves.residues[i][c];
+            term.real[c] = factor * static_cast<float>(residue.real());
+            term.imaginary[c] = factor * static_cast<float>(residue.imag());
+        }
+    }
+    return terms;
+}
+
+double share_of(const WaveResponse::Octaves& octaves, double wave_number) {
+    return octave_share(octaves.begin, octaves.end, wave_number);
+}
+
 }  // namespace
+
+double octave_share(double begin, double end, double wave_number) {
+    return share_above(wave_number / begin) - share_above(wave_number / end);
+}
+
+WaveSpectra WaveResponse::modal(double step, std::size_t count, double shift) const {
+    WaveSpectra spectra;
+    for (auto& spectrum : spectra) spectrum.assign(count, 0);
+    for (const Octaves& some : octaves) {
+        const std::vector<PoleTerm> terms = terms_of(some, shift);
+        for (std::size_t first = 0; first < count; first += kTogether) {
+            std::array<float, kTogether> at{};
+            std::array<float, kTogether> shares{};
+            const std::size_t end = std::min(kTogether, count - first);
+            for (std::size_t i = 0; i < end; ++i) {
+                const double wave_number = static_cast<double>(first + i) * step;
+                at[i] = static_cast<float>(wave_number);
+                if (wave_number > 0) shares[i] = static_cast<float>(share_of(some, wave_number));
+            }
+            if (std::all_of(shares.begin(), shares.end(), [](float x) { return x == 0; })) continue;
+            std::array<float, 8 * kTogether> sums{};
+            best_version<add_poles>(terms.data(), terms.size(), at.data(), shares.data(),
+                                    sums.data());
+            for (std::size_t c = 0; c < spectra.size(); ++c)
+                for (std::size_t i = 0; i < end; ++i)
+                    spectra[c][first + i] += std::complex<float>(sums[2 * c * kTogether + i],
+                                                                 sums[(2 * c + 1) * kTogether + i]);
+        }
+        const Octaves constant = constant_of(some);
+        for (std::size_t i = 1; i < count && !constant.poles.empty(); ++i) {
+            const double wave_number = static_cast<double>(i) * step;
+            const double share = share_of(some, wave_number);
+            if (share == 0) continue;
+            WaveField field{};
+            add_field(constant, {shift, wave_number}, share, field);
+            for (std::size_t c = 0; c < spectra.size(); ++c) spectra[c][i] += field[c];
+        }
+    }
+    return spectra;
+}
 
 WaveField WaveResponse::modal(double wave_number) const {
     WaveField sum{};
     for (const Octaves& some : octaves) {
-        const double share =
-            share_above(wave_number / some.begin) - share_above(wave_number / some.end);
-        if (share > 0) add_field(some, wave_number, share, sum);
+        const double share = share_of(some, wave_number);
+        if (share > 0) add_field(some, {0, wave_number}, share, sum);
     }
     return sum;
 }
@@ -53,7 +210,7 @@ WaveField WaveResponse::modal(double wave_number) const {
 WaveField WaveResponse::reverberant(double wave_number) const {
     WaveField field = modal(wave_number);
     const double distance_m{glm::length(from_source)};
-    const auto direct = direct_field(distance_m, wave_number);
+    const auto direct = direct_field(distance_m, {0, wave_number});
     const auto beyond = direct_field_beyond(distance_m, wave_number, highest_wave_number);
     field[0] -= direct[0] - beyond[0];
     const Vec3 along = near_direction(from_source);
@@ -90,26 +247,27 @@ WaveResponse wave_response(const RoomModes& modes, std::span<const OctavePoles> 
     return response;
 }
 
-std::array<Complex, 2> direct_field(double distance_m, double wave_number) {
+std::array<Complex, 2> direct_field(double distance_m, Complex s) {
     const double r = std::max(distance_m, kNearest_m);
-    const Complex value = std::polar(1 / r, -wave_number * r);
-    return {value, -value * Complex(1 / r, wave_number)};
+    const Complex value = std::exp(-s * r) / r;
+    return {value, -value * (1 / r + s)};
 }
 
 std::array<double, 2> direct_field_beyond(double distance_m, double wave_number, double highest) {
     const double r = std::max(distance_m, kNearest_m);
     const double k = wave_number;
-    const double a = (highest - k) * r;
-    const double b = (highest + k) * r;
-    const auto [sine_a, cosine_a] = sine_cosine_integrals(a);
-    const auto [sine_b, cosine_b] = sine_cosine_integrals(b);
-    const double sines = std::numbers::pi - sine_a - sine_b;
-    const double cosines = cosine_b - cosine_a;
+    // From one wave number K on, with a = (K - k) r and b = (K + k) r, the value is
+    // (cos(k r) (pi - Si(a) - Si(b)) + sin(k r) (Ci(b) - Ci(a))) / (pi r).
+    const double lowest = (1 - kModeTaper) * highest;
+    const MeanIntegrals a((lowest - k) * r, (highest - k) * r);
+    const MeanIntegrals b((lowest + k) * r, (highest + k) * r);
+    const double sines = std::numbers::pi - a.sine_integral - b.sine_integral;
+    const double cosines = b.cosine_integral - a.cosine_integral;
     const double c = std::cos(k * r);
     const double s = std::sin(k * r);
     const double value = (c * sines + s * cosines) / (std::numbers::pi * r);
-    const double slope = (-k * s * sines - c * (std::sin(a) + std::sin(b)) / r + k * c * cosines +
-                          s * (std::cos(b) - std::cos(a)) / r) /
+    const double slope = (-k * s * sines - c * (a.sine + b.sine) / r + k * c * cosines +
+                          s * (b.cosine - a.cosine) / r) /
                          (std::numbers::pi * r);
     return {value, slope - value / r};
 }

@@ -268,7 +268,9 @@ TEST_CASE("Live sound equals the offline rendering, and the program reports its 
             const auto [rendered_energy, heard_energy] = energies[window];
             if (rendered_energy < kPauses * loudest) continue;
             INFO(centre_hz << " Hz, from " << 0.5 * static_cast<double>(window) << " s");
-            CHECK(10 * std::log10(heard_energy / rendered_energy) == Approx(0).margin(1));
+            // Below 1 kHz the reverberation differs over 5 cm, as that of a diffuse field does.
+            CHECK(10 * std::log10(heard_energy / rendered_energy) ==
+                  Approx(0).margin(centre_hz < 1000 ? 1.5 : 1));
             ++compared;
         }
     }

@@ -120,6 +120,8 @@ TEST_CASE("A report compares measured values, and has the speech of each pair") 
               count_of(html, "<td>fair to good") ==
           2);
     CHECK(html.find("noise of 37 dB(A)") != std::string::npos);
+    // Of rays alone, below the Schroeder frequency.
+    CHECK(html.find("<th>63 *</th>") != std::string::npos);
 
     const std::string none = report(scene, folder.path() / "out.html", {"--frames", "2"});
     CHECK(none.find("measured values") == std::string::npos);
@@ -307,7 +309,8 @@ f 4 8 5 1
                                    "<td>room.obj</td><td>Walls</td><td>painted</td><td>74.0</td>",
                                    "T30, mean and standard deviation",
                                    "Schroeder frequency",
-                                   "<th>63 *</th>",
+                                   "The values contain the modes of the room below",
+                                   "<th>63</th>",
                                    "<th>1000</th>"})
         CHECK((html.find(part) != std::string::npos ? "" : part) == std::string());
     CHECK(open_tags(html) == "");
@@ -397,10 +400,10 @@ TEST_CASE("A report names positions outside the room and in closed bodies") {
     CHECK(all_inside.find("closed body") == std::string::npos);
 }
 
-TEST_CASE("The information on a room has its Schroeder frequency") {
+TEST_CASE("The information on a room has its Schroeder frequency, and how the bass is computed") {
     const TemporaryFolder folder;
     const std::string scene = folder.write("room.json", kSmallRoom);
-    const ProgramResult result = run_program({AULA_PROGRAM, "info", scene});
+    ProgramResult result = run_program({AULA_PROGRAM, "info", scene});
     CHECK(result.status == 0);
     std::smatch found;
     REQUIRE(
@@ -408,6 +411,20 @@ TEST_CASE("The information on a room has its Schroeder frequency") {
     // 60 m3; the reverberation time is between 0.1 and 2 s: 2000 sqrt(T / V).
     CHECK(std::stoi(found[1]) > 80);
     CHECK(std::stoi(found[1]) < 370);
+    CHECK(result.out.find("off: rays at all frequencies") != std::string::npos);
+
+    const std::string off = R"("waves": false)";
+    const auto info = [&](std::string_view waves) {
+        std::string text = kSmallRoom;
+        text.replace(text.find(off), off.size(), waves);
+        return run_program({AULA_PROGRAM, "info", folder.write("waves.json", text)}).out;
+    };
+    REQUIRE(std::regex_search(result.out = info(R"("waves": "auto")"), found,
+                              std::regex("modes +below (\\d+) Hz, rays above")));
+    CHECK(std::stoi(found[1]) > 80);
+    CHECK(info(R"("waves": 60)").find("modes           below 59 Hz") != std::string::npos);
+    CHECK(info(R"("waves": "auto", "direct": false)")
+              .find("waves: not with limits of direct sound") != std::string::npos);
 }
 
 TEST_CASE("A report without a terminal writes its progress as lines") {

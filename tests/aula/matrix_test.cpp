@@ -31,7 +31,7 @@
 // Random valid scenes and settings, each in a separate process: a case that hangs or crashes is
 // reported with its seed and command line, and the other cases continue.
 //
-// AULA_MATRIX_CASES: number of cases (150). AULA_MATRIX_SEED: first seed (1). With
+// AULA_MATRIX_CASES: number of cases (100). AULA_MATRIX_SEED: first seed (1). With
 // AULA_MATRIX_CASES=1 the files of the case are kept.
 
 namespace {
@@ -296,7 +296,7 @@ class CaseProcess {
 }  // namespace
 
 TEST_CASE("Random scenes and settings are rendered, measured and played without an error") {
-    const auto cases = environment("AULA_MATRIX_CASES", 150);
+    const auto cases = environment("AULA_MATRIX_CASES", 100);
     const auto first = static_cast<std::uint64_t>(environment("AULA_MATRIX_SEED", 1));
     if (cases == 1) {
         std::string folder = "matrix-" + std::to_string(first);

@@ -89,12 +89,14 @@ TEST_CASE("bench_smoke: waves prints the modes of a room, and that a half-open o
     REQUIRE(run("waves " + scene + " " + open + " --json " + json_in(folder)).status == 0);
     const nlohmann::json rows = rows_in(folder).at("rows");
     REQUIRE(rows.size() == 2);
-    check_keys(rows[0], {"bench", "scene", "field", "volume_m3", "schroeder_hz", "highest_hz",
-                         "cells", "modes", "expected_modes", "memory_mb", "grid_s", "modes_s",
-                         "poles_s", "pair_ms", "difference_db"});
+    check_keys(rows[0],
+               {"bench", "scene", "field", "volume_m3", "schroeder_hz", "highest_hz", "cells",
+                "modes", "expected_modes", "memory_mb", "grid_s", "modes_s", "poles_s", "moved_s",
+                "pair_ms", "frame_ms", "over_rays_db", "difference_db"});
     CHECK(rows[0]["volume_m3"].get<double>() == Approx(60).epsilon(1e-3));
     CHECK(rows[0]["difference_db"] < 0.5);
     CHECK(rows[0]["memory_mb"] < 100);
+    CHECK(std::abs(rows[0]["over_rays_db"].get<double>()) < 6);
     CHECK(rows[1]["field"] == "open, no modes");
 }
 
@@ -345,15 +347,19 @@ TEST_CASE("bench_smoke: heard has the figures of the reverberation near those of
         row, {"bench", "scene", "density_5", "density_20", "density_50", "density_100",
               "kurtosis_250", "kurtosis_1000", "kurtosis_4000", "spectrum_db", "t20_error_percent",
               "t20_error_hz", "correlation_100", "correlation_1000", "tone_db"});
-    // Statistical, of one short response.
-    CHECK(row["kurtosis_4000"].get<double>() == Approx(3).margin(1.5));
+    // Statistical, of one short response; T20 of its worst third octave, which at the lowest ones
+    // is nearly the same at all places.
+    CHECK(row["kurtosis_4000"].get<double>() == Approx(3).margin(2.5));
     CHECK(row["spectrum_db"].get<double>() == Approx(5.57).margin(2));
-    CHECK(std::abs(row["t20_error_percent"].get<double>()) < 25);
+    CHECK(std::abs(row["t20_error_percent"].get<double>()) < 40);
 }
 
 TEST_CASE("bench_smoke: budget has the rays and the time of each quality") {
     const TemporaryFolder folder;
-    const std::string scene = folder.write("room.json", kScene).string();
+    // Nine renderings of 10 s.
+    std::string text = kScene;
+    text.insert(text.rfind("}\n}"), R"(, "frame_rate_hz": 5, "waves": false)");
+    const std::string scene = folder.write("room.json", text).string();
     REQUIRE(run("budget " + scene + " --json " + json_in(folder)).status == 0);
     const nlohmann::json document = rows_in(folder);
     REQUIRE(document.at("rows").size() == 9);

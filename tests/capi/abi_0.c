@@ -89,6 +89,15 @@ int aula_scene_find_source(const aula_scene *scene, const char *name, aula_sourc
     return 0;
 }
 
+const char *aula_scene_source_name(const aula_scene *scene, aula_source source) { return 0; }
+
+int aula_scene_add_source(aula_scene *scene, const char *name, const aula_pose *pose,
+                          const char *directivity, float gain_db, aula_source *source) {
+    return 0;
+}
+
+int aula_scene_set_listener(aula_scene *scene, const aula_pose *pose) { return 0; }
+
 int aula_room_create(const aula_scene *scene, const aula_options *options, aula_room **room) {
     return 0;
 }

@@ -77,6 +77,12 @@ TEST_CASE("C: null arguments are input errors and leave null handles") {
         aula_scene_find_source(nullptr, "voice", &found),
         aula_scene_find_source(scene.handle, nullptr, &found),
         aula_scene_find_source(scene.handle, "voice", nullptr),
+        aula_scene_add_source(nullptr, "s", &room.pose, nullptr, 0, &found),
+        aula_scene_add_source(scene.handle, nullptr, &room.pose, nullptr, 0, &found),
+        aula_scene_add_source(scene.handle, "s", nullptr, nullptr, 0, &found),
+        aula_scene_add_source(scene.handle, "s", &room.pose, nullptr, 0, nullptr),
+        aula_scene_set_listener(nullptr, &room.pose),
+        aula_scene_set_listener(scene.handle, nullptr),
         aula_room_create(nullptr, nullptr, &no_room),
         aula_room_create(scene.handle, nullptr, nullptr),
         aula_room_add_source(nullptr, &room.pose, nullptr, 0, &found),
@@ -176,10 +182,76 @@ TEST_CASE("C: a scene file is read, and its errors are named") {
                  &scene) == AULA_OK);
     aula_source source = 0;
     CHECK((aula_scene_find_source(scene, "b", &source) == AULA_OK && source == 2));
+    CHECK(aula_scene_source_name(scene, 2) == std::string("b"));
+    CHECK(aula_scene_source_name(scene, 0) == nullptr);
+    CHECK(aula_scene_source_name(scene, 3) == nullptr);
+    CHECK(aula_scene_source_name(nullptr, 1) == nullptr);
     aula_scene_destroy(scene);
     CHECK((load(R"({"aula": 1})", &scene) == AULA_INPUT_ERROR && message_has("s.json")));
     CHECK(scene == nullptr);
     CHECK(aula_scene_load("/no/such/file", &scene) == AULA_INPUT_ERROR);
+}
+
+TEST_CASE("C: a scene of arrays with source and listener sounds like its file") {
+    const TemporaryFolder folder;
+    const auto sound = [](aula_scene* scene, aula_source source) {
+        aula_room* room = nullptr;
+        aula_options options = quick_options(AULA_EXACT);
+        options.ir_length_s = 0;
+        REQUIRE(aula_room_create(scene, &options, &room) == AULA_OK);
+        std::vector<float> samples(9600), input(9600);
+        input[0] = 1;
+        const aula_signal signal{source, input.data()};
+        float* const outputs[] = {samples.data()};
+        REQUIRE(aula_room_process_exactly(room, &signal, 1, outputs, 1, 9600) == AULA_OK);
+        aula_status status{};
+        status.size = sizeof status;
+        REQUIRE(aula_room_status(room, &status) == AULA_OK);
+        CHECK(status.response_length_s > 1);  // of brick
+        aula_room_destroy(room);
+        return samples;
+    };
+    const CScene scene;
+    scene.add_box();
+    const aula_pose place{{1, 1, 1.5F}, 0.5F, 0, 0}, head{{4, 3, 1.7F}, 0, 0, 0};
+    aula_source source = 0;
+    REQUIRE(aula_scene_add_source(scene.handle, "voice", &place, "cardioid", -3, &source) ==
+            AULA_OK);
+    CHECK(source == 1);
+    REQUIRE(aula_scene_set_listener(scene.handle, &head) == AULA_OK);
+
+    const std::string file = folder.write("s.json", R"({"aula": 1,
+        "geometry": [{"name": "walls", "box": [6, 4, 3], "material": "brick"}],
+        "sources": [{"name": "voice", "position": [1, 1, 1.5], "yaw_deg": 28.6478897565,
+                     "directivity": "cardioid", "gain_db": -3}],
+        "listener": {"position": [4, 3, 1.7]}})");
+    aula_scene* loaded = nullptr;
+    REQUIRE(aula_scene_load(file.c_str(), &loaded) == AULA_OK);
+    const std::vector<float> expected = sound(loaded, 1), samples = sound(scene.handle, source);
+    aula_scene_destroy(loaded);
+    // The triangles are numbered differently, so that diffuse sound has other rays.
+    double energy = 0, expected_energy = 0;
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        energy += static_cast<double>(samples[n]) * static_cast<double>(samples[n]);
+        expected_energy += static_cast<double>(expected[n]) * static_cast<double>(expected[n]);
+    }
+    CHECK(energy == Approx(expected_energy).epsilon(0.1));
+
+    CHECK((aula_scene_add_source(scene.handle, "voice", &place, nullptr, 0, &source) ==
+               AULA_INPUT_ERROR &&
+           message_has("voice")));
+    CHECK(source == 0);
+    CHECK(aula_scene_add_source(scene.handle, "", &place, nullptr, 0, &source) == AULA_INPUT_ERROR);
+    CHECK((aula_scene_add_source(scene.handle, "b", &place, "banana", 0, &source) ==
+               AULA_INPUT_ERROR &&
+           message_has("banana")));
+    CHECK(aula_scene_add_source(scene.handle, "b", &place, nullptr, 300, &source) ==
+          AULA_INPUT_ERROR);
+    const aula_pose far{{kNan, 0, 0}, 0, 0, 0};
+    CHECK(aula_scene_add_source(scene.handle, "b", &far, nullptr, 0, &source) == AULA_INPUT_ERROR);
+    CHECK(aula_scene_set_listener(scene.handle, &far) == AULA_INPUT_ERROR);
+    CHECK(aula_scene_add_source(scene.handle, "b", &place, nullptr, 0, &source) == AULA_OK);
+    CHECK(source == 2);
 }
 
 TEST_CASE("C: wrong arguments for a room are errors that change nothing") {

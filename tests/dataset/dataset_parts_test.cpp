@@ -42,9 +42,11 @@ TEST_CASE("SHA-256 has the values of FIPS 180-4, in any pieces") {
     CHECK(sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     CHECK(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq") ==
           "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
-    Sha256 pieces;
-    for (int i = 0; i < 1000; ++i) pieces.add(std::string(1000, 'a'));
-    CHECK(pieces.hex() == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+    for (const bool portable : {false, true}) {
+        Sha256 pieces(portable);
+        for (int i = 0; i < 1000; ++i) pieces.add(std::string(1000, 'a'));
+        CHECK(pieces.hex() == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+    }
 }
 
 TEST_CASE("distributions have their moments and stay within their ends") {
@@ -103,6 +105,46 @@ TEST_CASE("positions keep their distances to walls and sources, in a box and in 
     const RoomSpace outside(scene, Bounds{{5, 5, 5}, {9, 9, 9}});
     RandomStream random(3);
     CHECK_THROWS_AS(outside.draw_poses(placement, 1, kArray, {}, random), InputError);
+}
+
+TEST_CASE("a walk is straight and level, and each of its steps is clear") {
+    Placement placement;
+    placement.walk = Walk{5, NumberDistribution(2)};
+    // Two rooms of 4 x 3 m, without a door: a walk stays in its room.
+    Scene scene;
+    scene.listener.pose.position = Vec3(2, 1.5F, 1.2F);
+    const Vec3 size{8, 3, 2.5F};
+    std::vector<Vec3> corners;
+    for (const float x : {0.0F, size.x, size.x / 2})
+        for (unsigned c = 0; c < 4; ++c)
+            corners.push_back(Vec3(x, (c & 1U) != 0 ? size.y : 0, (c & 2U) != 0 ? size.z : 0));
+    const std::vector<std::array<std::uint32_t, 3>> triangles{
+        {0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},  {2, 3, 7},
+        {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}, {8, 9, 11}, {8, 11, 10}};
+    scene.add_object(corners, triangles, "plaster");
+    constexpr std::array<Vec3, 1> kPoint{Vec3(0)};
+    for (const RoomSpace& space : {RoomSpace(size), RoomSpace(scene, std::nullopt)}) {
+        RandomStream random(3);
+        const std::vector<PlannedPose> poses = space.draw_poses(placement, 6, kPoint, {}, random);
+        REQUIRE(poses.size() == 30);
+        for (std::size_t i = 0; i < poses.size(); ++i) {
+            const Vec3& p = poses[i].position;
+            for (int axis = 0; axis < 3; ++axis) {
+                CHECK(p[axis] > 0.5F - 1e-5F);
+                CHECK(p[axis] < size[axis] - 0.5F + 1e-5F);
+            }
+            if (i % 5 == 0) continue;
+            // Positions are rounded to 0.1 mm.
+            const Vec3 step = p - poses[i - 1].position;
+            CHECK(glm::length(step) == Approx(0.5).margin(2e-4));
+            CHECK(step.z == 0);
+            if (i % 5 > 1)
+                CHECK(glm::distance(step, poses[i - 1].position - poses[i - 2].position) < 4e-4F);
+        }
+    }
+    placement.walk = Walk{5, NumberDistribution(9)};
+    RandomStream random(3);
+    CHECK_THROWS_AS(RoomSpace(size).draw_poses(placement, 1, kPoint, {}, random), InputError);
 }
 
 TEST_CASE("a tar archive is read as written, and damage is noticed") {

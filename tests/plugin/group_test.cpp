@@ -52,7 +52,7 @@ std::unique_ptr<PluginHost> make_running_host(int group) {
 
 Channels bounce(int group, std::span<const float> input, std::size_t size) {
     const auto host = make_host(group);
-    host->set(Control::freewheel, 1);
+    host->set_freewheel(1);
     host->set(Control::quality, 0);
     host->activate();
     return host->run(input, {size});
@@ -110,10 +110,24 @@ double settled_mb(const std::vector<PluginHost*>& hosts) {
     return before_mb;
 }
 
-/// Threads of the process. Those of Embree's scheduler end some time after their last scene.
+/// Threads of the process. Those of Embree's scheduler end some time after their last scene, that
+/// which finds the modes of a room after some seconds.
 int thread_count() {
     const std::filesystem::directory_iterator threads("/proc/self/task");
     return static_cast<int>(std::distance(begin(threads), end(threads)));
+}
+
+/// The same once it has not changed for two seconds, for at most a minute: the modes are found.
+int settled_threads(const std::vector<PluginHost*>& hosts) {
+    int count = thread_count();
+    int same = 0;
+    for (int second = 0; second < 60 && same < 2; ++second) {
+        play(hosts, std::chrono::seconds(1));
+        const int now = thread_count();
+        same = now == count ? same + 1 : 0;
+        count = now;
+    }
+    return count;
 }
 
 int processors() { return static_cast<int>(std::thread::hardware_concurrency()); }
@@ -127,7 +141,7 @@ TEST_CASE("Instances of a group share threads and memory") {
                                      Formats{OutputFormat::toa, OutputFormat::toa});
     // On a busy machine frames queue up, and an instance holds more filters.
     constexpr int kAttempts = 3;
-    constexpr double kMost_mb = 30;
+    constexpr double kMost_mb = 34;
     double least_mb = std::numeric_limits<double>::infinity();
     for (int attempt = 0; attempt < kAttempts && least_mb >= kMost_mb; ++attempt) {
         std::vector<std::unique_ptr<PluginHost>> hosts;
@@ -142,7 +156,7 @@ TEST_CASE("Instances of a group share threads and memory") {
         const double first_mb = settled_mb(all);
         while (all.size() < kInstances) add();
         least_mb = std::min(least_mb, (settled_mb(all) - first_mb) / (kInstances - 1));
-        CHECK(thread_count() <= processors() + 2);
+        CHECK(eventually([] { return thread_count() <= processors() + 2; }));
         for (PluginHost* const host : all) CHECK(level_db(*host) > -60);
         all.clear();
         hosts.clear();
@@ -299,7 +313,7 @@ TEST_CASE("Groups with different scenes do not mix, and a missing scene is the d
     CHECK(late_peak(*room) > 1e-5F);
 
     const std::string gone = "/nonexistent/hall.json";
-    const int threads = thread_count();
+    const int threads = settled_threads({room.get(), free.get()});
     const auto missing = make_host(1);
     missing->restore(state_with(gone));
     missing->activate();
@@ -328,6 +342,7 @@ TEST_CASE("An instance that joins a group after a mesh has changed hears the new
     };
     const fs::path file = folder.write("room.json", R"({"aula": 1,
         "geometry": [{"file": "room.obj", "material": "concrete"}],
+        "simulation": {"waves": false},
         "sources": [{"name": "s", "position": [1, 0, 0], "signal": "impulse"}],
         "listener": {"position": [-1, 0, 0.5]}})");
     const auto make = [&] {
@@ -374,7 +389,7 @@ TEST_CASE("Instances come and go in any order and on any thread while others pla
                                 make_host(static_cast<int>(random() % 3), OutputFormat::foa));
                             if (random() % 4 != 0) hosts.back()->restore(state_with(file));
                             hosts.back()->set(Control::quality, 0);
-                            hosts.back()->set(Control::freewheel, random() % 4 == 0 ? 1.0F : 0.0F);
+                            hosts.back()->set_freewheel(random() % 4 == 0 ? 1.0F : 0.0F);
                             hosts.back()->activate();
                         } else {
                             hosts.erase(hosts.begin() +

@@ -13,11 +13,6 @@ namespace aula::test {
 
 namespace {
 
-/// Hosts may run on several threads, on which Catch2 allows no assertion.
-void demand(bool holds, const char* what) {
-    if (!holds) throw std::logic_error(what);
-}
-
 const LV2_Descriptor* find_descriptor(OutputFormat layout) {
     void* const library = dlopen(AULA_PLUGIN_BINARY, RTLD_NOW);
     if (library == nullptr) throw std::runtime_error(dlerror());
@@ -44,16 +39,17 @@ LV2_URID PluginHost::urid(const std::string& uri) const {
 PluginHost::PluginHost(OutputFormat layout, double rate_hz)
     : layout_(layout), map_{this, map_uri}, descriptor_(find_descriptor(layout)) {
     for (std::size_t i = 0; i < plugin::kControls; ++i)
-        controls_[i] = plugin::control_ports()[i].initial;
+        controls_[i] = plugin::control_infos()[i].initial;
     const LV2_Feature map{LV2_URID__map, &map_};
     const std::array<const LV2_Feature*, 2> features{&map, nullptr};
     handle_ = descriptor_->instantiate(descriptor_, rate_hz, "", features.data());
     demand(handle_ != nullptr, "no instance");
     for (std::size_t i = 0; i < plugin::kControls; ++i)
         descriptor_->connect_port(handle_, plugin::control_port(layout, i), &controls_[i]);
-    const std::uint32_t events = plugin::control_port(layout, plugin::kControls);
-    descriptor_->connect_port(handle_, events, control_.data());
-    descriptor_->connect_port(handle_, events + 1, notify_.data());
+    descriptor_->connect_port(handle_, plugin::freewheel_port(layout), &freewheel_);
+    descriptor_->connect_port(handle_, plugin::latency_port(layout), &latency_);
+    descriptor_->connect_port(handle_, plugin::messages_port(layout), control_.data());
+    descriptor_->connect_port(handle_, plugin::notify_port(layout), notify_.data());
     lv2_atom_forge_init(&forge_, &map_);
     lv2_atom_forge_set_buffer(&forge_, control_.data(), control_.size());
     lv2_atom_forge_sequence_head(&forge_, &sequence_, 0);

@@ -16,12 +16,11 @@
 #include <thread>
 #include <vector>
 
-#include "apps/plugin/ports.h"
+#include "apps/plugin/lv2/ports.h"
+#include "tests/plugin/channels.h"
 #include "tests/support/realtime_trap.h"
 
 namespace aula::test {
-
-using Channels = std::vector<std::vector<float>>;
 
 /// Properties of a plugin's state, by URI, with their values' bytes.
 using StoredState = std::map<std::string, std::pair<std::string, std::vector<char>>>;
@@ -30,17 +29,6 @@ using StoredState = std::map<std::string, std::pair<std::string, std::vector<cha
 inline const std::string kScene = AULA_PLUGIN_URI "#scene";
 inline const std::string kHrtf = AULA_PLUGIN_URI "#hrtf";
 inline const std::string kStatus = AULA_PLUGIN_URI "#status";
-
-/// White noise below 0.2.
-inline std::vector<float> noise(std::size_t samples) {
-    std::vector<float> signal(samples);
-    std::uint32_t seed = 1;
-    for (float& x : signal) {
-        seed = seed * 1664525U + 1013904223U;
-        x = 0.2F * (static_cast<float>(seed >> 8) * 0x1p-23F - 1);
-    }
-    return signal;
-}
 
 /// A host of the built binary: an instance with all ports connected, all controls at their initial
 /// values.
@@ -57,6 +45,10 @@ class PluginHost {
     float get(plugin::Control control) const {
         return controls_[static_cast<std::size_t>(control)];
     }
+
+    void set_freewheel(float value) { freewheel_ = value; }
+    /// What the plugin has written.
+    float latency() const { return latency_; }
 
     void activate();
     void deactivate();
@@ -92,6 +84,8 @@ class PluginHost {
     LV2_Handle handle_ = nullptr;
     bool active_ = false;
     plugin::ControlValues controls_;
+    float freewheel_ = 0;
+    float latency_ = 99;
     LV2_Atom_Forge forge_{};
     LV2_Atom_Forge_Frame sequence_{};
     alignas(8) std::array<std::uint8_t, 16384> control_{};

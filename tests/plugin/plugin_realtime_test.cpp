@@ -65,7 +65,7 @@ TEST_CASE("In real time a plugin neither allocates, frees, locks nor writes whil
     CHECK(violations.total() == 0);
     if (!RealtimeTrap::available()) return;
     // The trap counts what the plugin does: a new room on the exact clock.
-    host.set(Control::freewheel, 1);
+    host.set_freewheel(1);
     host.run(input, {600});
     CHECK(violations.locks > 0);
     CHECK(violations.frees > 0);

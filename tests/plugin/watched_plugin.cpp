@@ -19,7 +19,7 @@
 #include <numbers>
 #include <vector>
 
-#include "apps/plugin/ports.h"
+#include "apps/plugin/lv2/ports.h"
 #include "tests/plugin/watched_calls.h"
 
 namespace {

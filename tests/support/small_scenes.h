@@ -12,7 +12,7 @@ inline const std::string kFreeField = R"({
   "listener": {"position": [0, 0, 0]}
 })";
 
-/// A small room with a source of noise and a listener path of one second.
+/// A small room, for rays alone, with a source of noise and a listener path of one second.
 inline const std::string kSmallRoom = R"({
   "aula": 1,
   "geometry": [{"box": [5, 4, 3], "material": "wall"}],
@@ -21,7 +21,7 @@ inline const std::string kSmallRoom = R"({
   "listener": {"position": [3.7, 2.9, 1.2], "path": {"points": [
     {"t": 0, "position": [3.7, 2.9, 1.2], "yaw_deg": 180},
     {"t": 1, "position": [2.5, 2.9, 1.2], "yaw_deg": 120}]}},
-  "simulation": {"rays": 200, "ir_length_s": 0.5}
+  "simulation": {"rays": 200, "ir_length_s": 0.5, "waves": false}
 })";
 
 }  // namespace aula::test

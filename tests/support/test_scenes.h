@@ -15,7 +15,7 @@ inline Scene free_field(const Vec3& source) {
     return scene;
 }
 
-/// A closed room of 5 x 4 x 3 m with absorption 0.3 and scattering 0.5.
+/// A closed room of 5 x 4 x 3 m with absorption 0.3 and scattering 0.5, for rays alone.
 inline Scene small_room() {
     Scene scene = free_field({1.2F, 1.1F, 1.5F});
     scene.listener.pose.position = {3.7F, 2.9F, 1.2F};
@@ -29,6 +29,7 @@ inline Scene small_room() {
     box.triangle_materials.assign(box.triangles.size(), 0);
     scene.objects.push_back(box);
     scene.simulation.ir_length_s = 0.4F;
+    scene.simulation.waves_hz = 0;
     return scene;
 }
 

@@ -51,10 +51,11 @@ class Gui {
         ImGui::SetNextWindowPos({kLeft, 0});
         ImGui::SetNextWindowSize({kWidth, kHeight});
         ImGui::Begin("controls", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize);
-        ImGui::GetStateStorage()->SetInt(ImGui::GetID("Map"), 1);  // opened
+        for (const char* opened : {"Map", "Standing waves"})
+            ImGui::GetStateStorage()->SetInt(ImGui::GetID(opened), 1);
         draw_controls(model, choices);
         headers_.clear();
-        for (const char* name : {"Sources", "Surface", "Show", "Map", "Quality"})
+        for (const char* name : {"Sources", "Surface", "Show", "Map", "Standing waves", "Quality"})
             headers_.insert(ImGui::GetID(name));
         ImGui::End();
         ImGui::Render();

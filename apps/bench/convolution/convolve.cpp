@@ -67,8 +67,9 @@ std::function<void()> start_aula(const ConvolutionCase& c, const ConvolutionShap
         std::size_t exchanges = 0;
     };
     const double apart_samples = kConvolutionRate_hz / kExchange_hz;
-    const auto fade = static_cast<std::size_t>(
-        std::clamp(apart_samples - static_cast<double>(c.block), 512.0, 1024.0));
+    // Exchanges are up to a block late.
+    const auto fade =
+        static_cast<std::size_t>(std::max(apart_samples - static_cast<double>(c.block), 512.0));
     const auto state = std::make_shared<State>(State{Convolver(shape, fade)});
     return [state, c, apart_samples, &filters, &signals] {
         State& s = *state;

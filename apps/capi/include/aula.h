@@ -196,13 +196,33 @@ AULA_API int aula_scene_make_movable(aula_scene *scene, size_t object);
  * on errors. Error: there is none of this name. [any thread] */
 AULA_API int aula_scene_find_source(const aula_scene *scene, const char *name, aula_source *source);
 
+/* The name of a source of a scene by its number, 1, 2 and so on in the order of the file; null if
+ * there is none. Valid until the scene changes. [any thread, no change of the scene at the same
+ * time] */
+AULA_API const char *aula_scene_source_name(const aula_scene *scene, aula_source source);
+
+/* Adds a source that is present from the first sample on, with a gain in dB, at most 200, in rooms
+ * that are created later. `name`: for aula_scene_find_source(). `directivity`: as for
+ * aula_room_add_source(). `*source` receives its number in all rooms of this scene, 0 on errors:
+ * the name is empty or that of a source of the scene, a pose or a gain that is not usable, an
+ * unknown directivity. [any thread, no other call with this scene at the same time] */
+AULA_API int aula_scene_add_source(aula_scene *scene, const char *name, const aula_pose *pose,
+                                   const char *directivity, float gain_db, aula_source *source);
+
+/* Moves and turns the listener of a scene, which all listeners of rooms that are created later have
+ * at first. Error: the pose is not usable. [any thread, no other call with this scene at the same
+ * time] */
+AULA_API int aula_scene_set_listener(aula_scene *scene, const aula_pose *pose);
+
 /* Makes a scene audible: copies it, starts the threads that compute the propagation, and prepares
  * all memory for rendering. The sources of the scene are present from the first sample on, and all
- * listeners have the pose of the scene's listener. `options`: null for all defaults. Threads that
- * the room starts have ordinary priority, whatever the priority of the caller. `*room` is null on
- * errors: an option out of range, a size that is that of no aula_options, a member set that this
- * version does not know, an HRTF that cannot be read, more memory than max_memory_bytes (the
- * message has the number of bytes), a thread that cannot be started (AULA_FAILURE). [any thread] */
+ * listeners have the pose of the scene's listener. Rooms are prepared, and their responses are as
+ * long, as these sources and this listener need: a scene should have them where they are.
+ * `options`: null for all defaults. Threads that the room starts have ordinary priority, whatever
+ * the priority of the caller. `*room` is null on errors: an option out of range, a size that is
+ * that of no aula_options, a member set that this version does not know, an HRTF that cannot be
+ * read, more memory than max_memory_bytes (the message has the number of bytes), a thread that
+ * cannot be started (AULA_FAILURE). [any thread] */
 AULA_API int aula_room_create(const aula_scene *scene, const aula_options *options,
                               aula_room **room);
 

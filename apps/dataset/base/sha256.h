@@ -11,7 +11,8 @@ namespace aula {
 /// The hash SHA-256 (FIPS 180-4) of bytes that arrive in pieces.
 class Sha256 {
  public:
-    Sha256();
+    /// By the instructions of the processor for it, if it has them and they are not to be omitted.
+    explicit Sha256(bool portable = false);
 
     void add(std::string_view bytes);
 
@@ -19,8 +20,10 @@ class Sha256 {
     std::string hex();
 
  private:
-    void compress(const unsigned char* block);
+    /// Adds whole blocks of 64 bytes.
+    void compress(const unsigned char* bytes, std::size_t blocks);
 
+    bool portable_;
     std::array<std::uint32_t, 8> state_;
     std::array<unsigned char, 64> block_{};
     std::size_t filled_ = 0;    ///< bytes of block_

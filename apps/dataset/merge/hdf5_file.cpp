@@ -77,7 +77,8 @@ constexpr std::uint64_t kChunkElements = 4096;
 }  // namespace
 
 void Hdf5File::check(std::int64_t result) const {
-    if (result < 0) throw Failure(named_.string() + ": cannot write the HDF5 file: " + last_error());
+    if (result < 0)
+        throw Failure(named_.string() + ": cannot write the HDF5 file: " + last_error());
 }
 
 Hdf5File::Hdf5File(const std::filesystem::path& file, std::filesystem::path named)

@@ -75,6 +75,11 @@ Placement read_placement(const JsonReader& json) {
     constexpr NumberRange kCount{1, kMostPerScene, true, "a whole number from 1 to 10000"};
     Placement p;
     json.read("count", [&](const JsonReader& x) { p.count = NumberDistribution(x, kCount, true); });
+    json.read("walk", [&](const JsonReader& x) {
+        x.allow_keys({"steps", "length_m"});
+        p.walk = Walk{x.require("steps", "a number of positions").integer(2, kMostPerScene),
+                      NumberDistribution(x.require("length_m", kEdge_m.expected), kEdge_m)};
+    });
     json.read("wall_clearance_m",
               [&](const JsonReader& x) { p.wall_clearance_m = x.real(kClearance_m); });
     json.read("z_m", [&](const JsonReader& x) { p.z_m.emplace(x, kCoordinate_m); });
@@ -134,22 +139,23 @@ Manifest read_manifest(const std::filesystem::path& file) {
     if (manifest.groups.empty()) rooms.fail(std::string("is empty; expected ") + kGroups);
     root.read("sources", [&](const JsonReader& json) {
         json.allow_keys(
-            {"count", "wall_clearance_m", "z_m", "yaw_deg", "pitch_deg", "directivity"});
+            {"count", "walk", "wall_clearance_m", "z_m", "yaw_deg", "pitch_deg", "directivity"});
         manifest.sources = read_placement(json);
         json.read("directivity",
                   [&](const JsonReader& x) { manifest.directivity = read_directivity(x); });
     });
     manifest.receivers.source_clearance_m = 0.5F;
     root.read("receivers", [&](const JsonReader& json) {
-        json.allow_keys(
-            {"count", "wall_clearance_m", "source_clearance_m", "z_m", "yaw_deg", "pitch_deg"});
+        json.allow_keys({"count", "walk", "wall_clearance_m", "source_clearance_m", "z_m",
+                         "yaw_deg", "pitch_deg"});
         manifest.receivers = read_placement(json);
         manifest.receivers.source_clearance_m = 0.5F;
         json.read("source_clearance_m", [&](const JsonReader& x) {
             manifest.receivers.source_clearance_m = x.real(kClearance_m);
         });
     });
-    const double pairs = manifest.sources.count.highest() * manifest.receivers.count.highest() *
+    const double pairs = manifest.sources.count.highest() * manifest.sources.steps() *
+                         manifest.receivers.count.highest() * manifest.receivers.steps() *
                          static_cast<double>(manifest.settings.array.size());
     if (pairs > static_cast<double>(kMostPairs))
         root.fail("up to " + std::to_string(std::llround(pairs)) +

@@ -37,14 +37,24 @@ struct RoomGroup {
     std::variant<BoxRooms, SceneRooms> rooms;
 };
 
+/// A straight, level walk through positions at equal distances.
+struct Walk {
+    int steps = 2;                   ///< positions
+    NumberDistribution length_m{1};  ///< from the first to the last one
+};
+
 /// Where sources or receivers are.
 struct Placement {
     NumberDistribution count{1};            ///< per scene
+    std::optional<Walk> walk;               ///< each of them walks; absent: it rests
     float wall_clearance_m = 0.5F;          ///< smallest distance to surfaces
     float source_clearance_m = 0;           ///< smallest distance to sources
     std::optional<NumberDistribution> z_m;  ///< height; absent: anywhere
     NumberDistribution yaw_deg{0};
     NumberDistribution pitch_deg{0};
+
+    /// Positions of each of them.
+    int steps() const { return walk ? walk->steps : 1; }
 };
 
 /// A dataset as its author describes it: distributions of rooms and positions.

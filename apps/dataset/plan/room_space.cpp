@@ -56,6 +56,21 @@ float draw_between(float low, float high, RandomStream& random) {
 
 float radians(double degrees) { return static_cast<float>(degrees * std::numbers::pi / 180); }
 
+/// The poses of a walk that begins at a pose.
+std::vector<PlannedPose> walk_from(const PlannedPose& begin, const Walk& walk,
+                                   RandomStream& random) {
+    const double length_m = walk.length_m.draw(random);
+    const double angle = 2 * std::numbers::pi * double{random.uniform()};
+    std::vector<PlannedPose> poses(static_cast<std::size_t>(walk.steps), begin);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        const double m = length_m * static_cast<double>(i) / (walk.steps - 1);
+        Vec3& position = poses[i].position;
+        position.x = rounded(double{begin.position.x} + m * std::cos(angle));
+        position.y = rounded(double{begin.position.y} + m * std::sin(angle));
+    }
+    return poses;
+}
+
 }  // namespace
 
 Pose PlannedPose::pose() const {
@@ -105,6 +120,11 @@ bool RoomSpace::fits(const PlannedPose& pose, const Placement& placement,
     });
 }
 
+/// True if no surface lies between two points of the room.
+bool RoomSpace::is_free(const Vec3& from, const Vec3& to) const {
+    return !rays_ || rays_->visible(from, to);
+}
+
 std::vector<PlannedPose> RoomSpace::draw_poses(const Placement& placement, std::size_t count,
                                                std::span<const Vec3> microphones,
                                                std::span<const PlannedPose> others,
@@ -113,17 +133,26 @@ std::vector<PlannedPose> RoomSpace::draw_poses(const Placement& placement, std::
     const Vec3 low = region_.min + margin_m;
     const Vec3 high = region_.max - margin_m;
     std::vector<PlannedPose> poses;
+    count *= static_cast<std::size_t>(placement.steps());
     for (int tries = 0; poses.size() < count; ++tries) {
         const bool possible = low.x <= high.x && low.y <= high.y && low.z <= high.z;
-        if (!possible || tries == kTries) throw InputError("no position has these clearances");
+        if (!possible || tries == kTries)
+            throw InputError(placement.walk ? "no walk has these clearances"
+                                            : "no position has these clearances");
         PlannedPose pose;
         pose.position = {draw_between(low.x, high.x, random), draw_between(low.y, high.y, random),
                          placement.z_m ? static_cast<float>(placement.z_m->draw(random))
                                        : draw_between(low.z, high.z, random)};
         pose.yaw_deg = placement.yaw_deg.draw(random);
         pose.pitch_deg = placement.pitch_deg.draw(random);
-        if (!fits(pose, placement, microphones, others)) continue;
-        poses.push_back(pose);
+        const std::vector<PlannedPose> steps =
+            placement.walk ? walk_from(pose, *placement.walk, random) : std::vector{pose};
+        const auto is_clear_step = [&](const PlannedPose& step) {
+            return fits(step, placement, microphones, others) &&
+                   is_free(pose.position, step.position);
+        };
+        if (!std::all_of(steps.begin(), steps.end(), is_clear_step)) continue;
+        poses.insert(poses.end(), steps.begin(), steps.end());
         tries = 0;
     }
     return poses;

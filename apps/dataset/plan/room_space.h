@@ -35,7 +35,8 @@ class RoomSpace {
     bool is_clear(const Vec3& point, float clearance_m) const;
 
     /// Draws poses whose `microphones`, points in the axes of a pose, are clear of the surfaces and
-    /// of `others`. Throws InputError if there is no such position among a thousand.
+    /// of `others`: Placement::steps() of each, in their order. Throws InputError if there is no
+    /// such position, or walk, among a thousand.
     std::vector<PlannedPose> draw_poses(const Placement& placement, std::size_t count,
                                         std::span<const Vec3> microphones,
                                         std::span<const PlannedPose> others,
@@ -43,6 +44,7 @@ class RoomSpace {
 
  private:
     bool is_inside(const Vec3& point) const;
+    bool is_free(const Vec3& from, const Vec3& to) const;
     bool fits(const PlannedPose& pose, const Placement& placement,
               std::span<const Vec3> microphones, std::span<const PlannedPose> others) const;
 

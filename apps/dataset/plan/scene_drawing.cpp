@@ -29,8 +29,9 @@ JsonValue material_json(const Material& material) {
     return json_value(std::move(json));
 }
 
-JsonValue source_json(std::size_t number, const PlannedPose& pose, const std::string& directivity) {
-    return json_value(JsonValue::Object{{"name", json_value("source-" + std::to_string(number))},
+JsonValue source_json(const std::string& name, const PlannedPose& pose,
+                      const std::string& directivity) {
+    return json_value(JsonValue::Object{{"name", json_value(name)},
                                         {"position", json_value(pose.position)},
                                         {"yaw_deg", json_value(pose.yaw_deg)},
                                         {"pitch_deg", json_value(pose.pitch_deg)},
@@ -90,7 +91,9 @@ PlannedScene SceneDrawing::draw(std::uint64_t index) {
     for (; in_group >= group->count; ++group) in_group -= group->count;
     const auto sources = static_cast<std::size_t>(manifest_.sources.count.draw(random));
     const auto receivers = static_cast<std::size_t>(manifest_.receivers.count.draw(random));
-    scene.items = sources * receivers;
+    const auto source_steps = static_cast<std::size_t>(manifest_.sources.steps());
+    scene.items =
+        sources * source_steps * receivers * static_cast<std::size_t>(manifest_.receivers.steps());
 
     const auto* const boxes = std::get_if<BoxRooms>(&group->rooms);
     std::optional<RoomSpace> box;
@@ -101,8 +104,14 @@ PlannedScene SceneDrawing::draw(std::uint64_t index) {
     try {
         const std::vector<PlannedPose> placed =
             space.draw_poses(manifest_.sources, sources, kPoint, {}, random);
-        for (std::size_t s = 0; s < sources; ++s)
-            scene.sources.push_back(source_json(s, placed[s], manifest_.directivity.draw(random)));
+        for (std::size_t s = 0; s < sources; ++s) {
+            const std::string& directivity = manifest_.directivity.draw(random);
+            const std::string name = "source-" + std::to_string(s);
+            for (std::size_t step = 0; step < source_steps; ++step)
+                scene.sources.push_back(source_json(
+                    manifest_.sources.walk ? name + "-step-" + std::to_string(step) : name,
+                    placed[s * source_steps + step], directivity));
+        }
         scene.receivers = space.draw_poses(manifest_.receivers, receivers, manifest_.settings.array,
                                            placed, random);
     } catch (const InputError& error) {

@@ -57,11 +57,13 @@ std::string text_row(const std::string& name, const std::string& text) {
     return html_row(html_cell(name) + html_cell(text));
 }
 
-std::string band_headers(const std::optional<double>& schroeder_hz) {
+std::string band_headers(const std::optional<double>& schroeder_hz, double waves_below_hz) {
     std::string cells;
     for (std::size_t band = 0; band < kBandCount; ++band) {
-        const bool is_below = schroeder_hz && double{kBandCentres_hz[band]} < *schroeder_hz;
-        cells += html_header(band_name(band) + (is_below ? " *" : ""));
+        const double centre_hz{kBandCentres_hz[band]};
+        const bool is_marked =
+            schroeder_hz && centre_hz < *schroeder_hz && centre_hz >= waves_below_hz;
+        cells += html_header(band_name(band) + (is_marked ? " *" : ""));
     }
     return cells;
 }

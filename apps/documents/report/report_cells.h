@@ -27,9 +27,9 @@ std::string head_row(const std::string& cells);
 /// A row of a name and a text.
 std::string text_row(const std::string& name, const std::string& text);
 
-/// Cells of the octaves: their names, those below the Schroeder frequency, if that is known, with a
-/// star, and values.
-std::string band_headers(const std::optional<double>& schroeder_hz = {});
+/// Cells of the octaves: their names, with a star between the end of the modes and the Schroeder
+/// frequency, if that is known, and values.
+std::string band_headers(const std::optional<double>& schroeder_hz = {}, double waves_below_hz = 0);
 std::string band_cells(const Bands& bands, int decimals);
 
 }  // namespace aula

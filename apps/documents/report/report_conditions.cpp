@@ -137,6 +137,8 @@ std::string conditions_section(const RoomReport& report) {
     html += text_row("highest diffraction order", std::to_string(simulation.diffraction_order));
     if (m.waves_below_hz > 0)
         html += text_row("modes of the room below", formatted("%.0f Hz", m.waves_below_hz));
+    for (const std::string& line : m.without_waves)
+        html += text_row("rays at all frequencies", line);
     if (m.patch_size_m > 0)
         html += text_row("size of patches", formatted("%.2g m", double{m.patch_size_m}));
     html += text_row("temperature, humidity, pressure",

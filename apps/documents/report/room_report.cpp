@@ -250,6 +250,18 @@ std::string diffuseness(const RoomReport& report, const PositionAverage& average
         times);
 }
 
+/// How octaves below the Schroeder frequency are computed.
+std::string bass(double waves_below_hz) {
+    const std::string rays =
+        "octaves marked * are those of geometrical acoustics, which is not "
+        "valid there.";
+    return waves_below_hz > 0
+               ? formatted(" The values contain the modes of the room below %.0f Hz; ",
+                           waves_below_hz) +
+                     rays
+               : " O" + rays.substr(1);
+}
+
 /// Mean and standard deviation over positions in octaves, and T30 as a picture.
 std::string averages(const RoomReport& report, const PositionAverage& average,
                      const std::optional<double>& schroeder_hz) {
@@ -278,10 +290,10 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
                            counted(average.positions, "pair").c_str());
     html += schroeder_hz
                 ? formatted(
-                      " Schroeder frequency f<sub>S</sub> = 2000 &radic;(T30/V) = %.0f Hz: in "
-                      "octaves below it, marked *, single modes are heard, and geometrical "
-                      "acoustics is not valid.",
-                      *schroeder_hz)
+                      " Schroeder frequency f<sub>S</sub> = 2000 &radic;(T30/V) = %.0f Hz: "
+                      "in octaves below it single modes are heard.",
+                      *schroeder_hz) +
+                      bass(report.measurement.waves_below_hz)
                 : std::string(" The Schroeder frequency is not known, without T30 or volume.");
     if (report.room.volume_m3)
         html +=
@@ -293,7 +305,8 @@ std::string averages(const RoomReport& report, const PositionAverage& average,
         t30_s && report.room.volume_m3)
         html += near_pairs(report, *t30_s);
     html += "</p>\n<table class=\"wide\">\n" +
-            head_row(html_header("octave in Hz") + html_header("") + band_headers(schroeder_hz) +
+            head_row(html_header("octave in Hz") + html_header("") +
+                     band_headers(schroeder_hz, report.measurement.waves_below_hz) +
                      html_header("single number")) +
             rows + "</table>\n";
     const std::string plot = decay_time_svg(average, schroeder_hz);
@@ -358,7 +371,8 @@ std::string pair_section(const RoomReport& report, std::size_t s, std::size_t r,
     std::string html =
         "<h3>" + html_text(m.sources[s].name) + " at " + html_text(report.receivers[r]) + "</h3>\n";
     if (!m.audible[pair]) return html + "<p>The source is not audible at this receiver.</p>\n";
-    html += "<table>\n" + head_row(html_header("octave in Hz") + band_headers(schroeder_hz) +
+    html += "<table>\n" + head_row(html_header("octave in Hz") +
+                                   band_headers(schroeder_hz, report.measurement.waves_below_hz) +
                                    html_header("single number"));
     for (std::size_t p = 0; p < kAcousticParameterCount; ++p) {
         const ParameterText text = parameter_text(p);
@@ -453,6 +467,7 @@ std::string room_report_json(const RoomReport& report) {
             parameters_json(average.mean) + "},\n\"standard_deviation\":{" +
             parameters_json(average.deviation) + "},\n\"counts\":{" +
             parameters_json(average.counts) + "}}";
+    if (m.waves_below_hz > 0) json += ",\n\"waves_below_hz\":" + json_value(m.waves_below_hz);
     return json + ",\n\"schroeder_frequency_hz\":" + json_value(schroeder_hz(report, average)) +
            "}\n";
 }

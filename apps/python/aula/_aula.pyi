@@ -105,6 +105,7 @@ class Measurement:
     def parameters(self) -> tuple[dict[str, _Values], dict[str, _Values], dict[str, _Values]]:
         """Of octave bands, (S, M, 8), single numbers, (S, M), and third octaves, (S, M, 26)."""
     def energy(self, bin_s: float, /) -> NDArray[np.float32]: ...
+    def paths(self) -> dict[str, NDArray[Any]]: ...
 
 def analyse(samples: NDArray[np.float32], file: str, sample_rate_hz: float, third_octaves: bool,
             speech_db: NDArray[np.float32] | None, noise_db: NDArray[np.float32] | None, /) \
@@ -113,7 +114,7 @@ def library() -> list[Material]: ...
 def directivities() -> list[str]: ...
 def measure(scene: Scene, sources: Sequence[Source], receivers: NDArray[np.float32],
             frames: int | None, max_frames: int, limits: Sequence[float],
-            third_octaves: bool, interaural: bool,
+            parameters: bool, third_octaves: bool, interaural: bool,
             overrides: Overrides, /) -> Measurement: ...
 def render(scene: Scene, samples: Mapping[str, NDArray[np.float32]], sample_rate_hz: float,
            output: str, hrtf: str, ambisonic_order: int, duration_s: float | None,

@@ -177,6 +177,37 @@ class Microphone:
         return to_number(f"{name}pattern", self.pattern, 0, 1)
 
 
+def array(capsules: Sequence[Microphone], position: ArrayLike, *, yaw: float = 0, pitch: float = 0,
+          roll: float = 0) -> list[Microphone]:
+    """The microphones of an array at a position in a room.
+
+    The capsules have positions and angles relative to the array, whose front is x. The array is
+    turned by roll, then pitch, then yaw, as a `Microphone` is, and its capsules with it.
+    """
+    pose = pose_values("", position, yaw, pitch, roll).astype(np.float64)
+    at, turned = pose[:3], _rotation(*pose[3:])
+    placed = []
+    for i, capsule in enumerate(capsules):
+        if not isinstance(capsule, Microphone) or capsule.path is not None:
+            raise Error(f"capsules[{i}]: {capsule!r}; expected an aula.Microphone without a path")
+        axes = turned @ _rotation(*np.radians([capsule.yaw, capsule.pitch, capsule.roll]))
+        placed.append(Microphone(
+            at + turned @ np.asarray(capsule.position, np.float64),
+            math.degrees(math.atan2(axes[1, 0], axes[0, 0])),
+            math.degrees(math.asin(min(1.0, max(-1.0, axes[2, 0])))),
+            math.degrees(math.atan2(axes[2, 1], axes[2, 2])), capsule.pattern))
+    return placed
+
+
+def _rotation(yaw: float, pitch: float, roll: float) -> NDArray[np.float64]:
+    """From the local axes of a pose in rad to the world: columns are front, left and up."""
+    (cy, cp, cr), (sy, sp, sr) = np.cos([yaw, pitch, roll]), np.sin([yaw, pitch, roll])
+    rotation: NDArray[np.float64] = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1.0]]) @ \
+        np.array([[cp, 0, -sp], [0, 1, 0], [sp, 0, cp]]) @ \
+        np.array([[1.0, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    return rotation
+
+
 def to_sources(name: str, value: Any) -> list[_aula.Source]:
     """Sources, also from positions."""
     if isinstance(value, Source):

@@ -95,6 +95,46 @@ class Measurement:
         """The echograms; see `aula.energy`."""
         return self._measured.energy(to_number("bin_ms", bin_ms, 0.01, 1e4) / 1000)
 
+    def paths(self) -> dict[str, NDArray[Any]]:
+        """The discrete paths; see `aula.paths`."""
+        return self._measured.paths()
+
+
+def _measure(with_parameters: bool, *, room: Scene, sources: Positions | None,
+             microphones: Positions | None, frames: int | None, max_frames: int,
+             level_error_db: float, c80_error_db: float, t30_error: float, edt_error: float,
+             seed: int | None, rays: int | None, length_s: float | None,
+             speech_level_db: ArrayLike | None, noise_level_db: ArrayLike | None,
+             third_octaves: bool, interaural: bool, threads: int) -> Measurement:
+    """`measure`; parameters take as long as the rays of small rooms."""
+    if not isinstance(room, Scene):
+        raise Error(f"room: {room!r}; expected an aula.Scene")
+    if sources is None:
+        measured_sources = room._scene.sources()
+        if not measured_sources:
+            raise Error("sources: missing, and the room has none; expected positions")
+    else:
+        measured_sources = to_sources("sources", sources)
+    if microphones is None:
+        if room.listener is None:
+            raise Error("microphones: missing, and the room has no listener; expected positions")
+        pose, _ = room._scene.listener()
+        poses, shares = pose[np.newaxis], [1.0]
+    else:
+        poses, shares = to_microphones("microphones", microphones)
+    limits = [to_number(name, value, 1e-6, 1e6) for name, value in (
+        ("level_error_db", level_error_db), ("c80_error_db", c80_error_db),
+        ("t30_error", t30_error), ("edt_error", edt_error))]
+    measured = _aula.measure(
+        room._scene, measured_sources, poses,
+        None if frames is None else to_integer("frames", frames, 1, 10**6),
+        to_integer("max_frames", max_frames, 1, 10**6), limits,
+        bool(with_parameters or interaural), bool(third_octaves), bool(interaural),
+        _overrides(seed, rays, length_s, threads, speech_level_db, noise_level_db))
+    for line in measured.warnings:
+        warnings.warn(line, stacklevel=3)
+    return Measurement(measured, shares, threads)
+
 
 def measure(room: Scene, *, sources: Positions | None = None,
             microphones: Positions | None = None, frames: int | None = None,
@@ -123,43 +163,25 @@ def measure(room: Scene, *, sources: Positions | None = None,
     interaural: True computes IACC_E and IACC_L, which takes a binaural response of each pair.
     threads: number of threads; it does not affect results.
     """
-    if not isinstance(room, Scene):
-        raise Error(f"room: {room!r}; expected an aula.Scene")
-    if sources is None:
-        measured_sources = room._scene.sources()
-        if not measured_sources:
-            raise Error("sources: missing, and the room has none; expected positions")
-    else:
-        measured_sources = to_sources("sources", sources)
-    if microphones is None:
-        if room.listener is None:
-            raise Error("microphones: missing, and the room has no listener; expected positions")
-        pose, _ = room._scene.listener()
-        poses, shares = pose[np.newaxis], [1.0]
-    else:
-        poses, shares = to_microphones("microphones", microphones)
-    limits = [to_number(name, value, 1e-6, 1e6) for name, value in (
-        ("level_error_db", level_error_db), ("c80_error_db", c80_error_db),
-        ("t30_error", t30_error), ("edt_error", edt_error))]
-    measured = _aula.measure(
-        room._scene, measured_sources, poses,
-        None if frames is None else to_integer("frames", frames, 1, 10**6),
-        to_integer("max_frames", max_frames, 1, 10**6), limits,
-        bool(third_octaves), bool(interaural),
-        _overrides(seed, rays, length_s, threads, speech_level_db, noise_level_db))
-    for line in measured.warnings:
-        warnings.warn(line, stacklevel=3)
-    return Measurement(measured, shares, threads)
+    return _measure(True, **locals())
 
 
-_MEASURING = frozenset(inspect.signature(measure).parameters)
+_MEASURING = inspect.signature(measure)
 
 
 def _check_keywords(function: str, measuring: Mapping[str, Any]) -> None:
     """Names the function that was called, not `measure`."""
     for name in measuring:
-        if name not in _MEASURING:
+        if name not in _MEASURING.parameters:
             raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
+
+
+def _arguments(room: Scene, sources: Positions | None, microphones: Positions | None,
+               measuring: Mapping[str, Any]) -> dict[str, Any]:
+    """All arguments of `measure`."""
+    given = _MEASURING.bind(room, sources=sources, microphones=microphones, **measuring)
+    given.apply_defaults()
+    return given.arguments
 
 
 def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions | None = None,
@@ -178,7 +200,7 @@ def rir(room: Scene, *, sources: Positions | None = None, microphones: Positions
     """
     _check_keywords("rir", measuring)
     to_output(output), to_number("fs", fs, 8000, 384000), to_file("hrtf", hrtf)
-    return measure(room, sources=sources, microphones=microphones, **measuring).rir(
+    return _measure(False, **_arguments(room, sources, microphones, measuring)).rir(
         fs=fs, output=output, hrtf=hrtf, ambisonic_order=ambisonic_order)
 
 
@@ -205,7 +227,7 @@ def parameters(room: Scene, *, sources: Positions | None = None,
     third_octaves = in_third_octaves(bands)
     if third_octaves:
         measuring["third_octaves"] = True
-    return measure(room, sources=sources, microphones=microphones, **measuring)._parameters(
+    return _measure(True, **_arguments(room, sources, microphones, measuring))._parameters(
         third_octaves, standard_errors)
 
 
@@ -219,8 +241,30 @@ def energy(room: Scene, *, sources: Positions | None = None,
     """
     _check_keywords("energy", measuring)
     to_number("bin_ms", bin_ms, 0.01, 1e4)
-    return measure(room, sources=sources, microphones=microphones, **measuring).energy(
+    return _measure(False, **_arguments(room, sources, microphones, measuring)).energy(
         bin_ms=bin_ms)
+
+
+def paths(room: Scene, *, sources: Positions | None = None,
+          microphones: Positions | None = None, **measuring: Any) -> dict[str, NDArray[Any]]:
+    """Direct sound, image sources and paths around edges as columns of P rows, by ascending delay
+    in each pair of a source and a microphone.
+
+    "source" and "microphone" are indices; "kind" is "direct", "image", "bent" or "through_walls";
+    "order" counts reflections, up to the `specular_order` of `Scene.configure`, and "edges" those
+    around which the path bends; "delay_s" is the time after the emission. "arrival" (P, 3) points
+    from the microphone to the image source or edge, "departure" (P, 3) into the direction in which
+    the sound leaves the source, both in world axes. "energy" (P, 8) is the fluence in 1/m2 as in
+    `energy`, with walls, air and directivity. "key" identifies a path while things move.
+    measuring: the arguments of `measure`; `frames` and `rays` are 1 by default: paths need no rays,
+        nor the modes of the room.
+    """
+    _check_keywords("paths", measuring)
+    if isinstance(room, Scene):
+        room = room.copy()
+        room.configure(waves_hz=0)
+    settings: dict[str, Any] = {"frames": 1, "rays": 1} | measuring
+    return _measure(False, **_arguments(room, sources, microphones, settings)).paths()
 
 
 def render(room: Scene, *, signals: Mapping[str, ArrayLike] | None = None, fs: float = 48000,

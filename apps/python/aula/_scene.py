@@ -12,7 +12,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _aula
+from . import _aula, _views
 from ._arguments import dimensions, to_array, to_bands, to_file, to_number, to_text
 from ._aula import Error, Material
 from ._materials import SceneMaterials, to_material
@@ -203,6 +203,16 @@ class Scene:
         vertices, triangles, materials = self._scene.geometry()
         names = [known.name for known in self._scene.materials()]
         return vertices, triangles, [names[i] for i in materials]
+
+    def plot(self, ax: Any = None, *, microphones: ArrayLike | None = None) -> Any:
+        """Draws the edges, the sources and the listener, or `microphones` (M, 3), with Matplotlib.
+        Returns the 3D axes, by default new ones."""
+        return _views.plot(self, ax, microphones)
+
+    def save_html(self, file: str | os.PathLike[str], *,
+                  microphones: ArrayLike | None = None) -> None:
+        """Writes the picture of `plot` as a page that turns it, for any browser, without network."""
+        _views.save_html(self, file, microphones)
 
     @property
     def hash(self) -> str:

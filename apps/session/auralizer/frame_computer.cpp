@@ -88,7 +88,7 @@ std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
         if (!heard) return {};
         head = maker_->listener(listener);
     }
-    return render_response(heard->sound, config(), response_length_s(), head, hrtf_);
+    return ResponseRenderer(config(), response_length_s(), hrtf_).response(heard->sound, head);
 }
 
 bool FrameComputer::visible(SourceId source, std::size_t listener) const {

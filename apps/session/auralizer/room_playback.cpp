@@ -34,6 +34,8 @@ FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, i
             .half_precision_tail = options.half_precision_tail,
             .max_sources = options.max_sources + spare,
             .listeners = options.listeners,
+            .waves_ready =
+                options.clock == RenderClock::real_time ? WavesReady::later : WavesReady::at_once,
             .max_memory_bytes = options.max_memory_bytes};
 }
 

@@ -220,7 +220,9 @@ void write_simulation(JsonValue& root, const Simulation& before, const Simulatio
     write("memory_mb", &Simulation::memory_mb);
     if (before.waves_hz != now.waves_hz)
         set(member_object(root, "simulation"), "waves",
-            now.waves_hz == 0 ? json_of(false) : json_of(now.waves_hz));
+            now.waves_hz == 0                              ? json_of(false)
+            : now.waves_hz == Simulation::kHighestWaves_hz ? json_of(std::string("auto"))
+                                                           : json_of(now.waves_hz));
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <glm/common.hpp>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "apps/session/frames/ray_budget.h"
@@ -44,6 +46,9 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
       config_(checked_config(renderer_config(scene, propagation_.response_length_s(), settings),
                              settings, hrtf.get())),
       carriers_(make_noise_carriers(settings.sample_rate_hz, scene.simulation.seed)),
+      waves_(scene, settings.waves_ready),
+      synthesis_(
+          std::make_unique<WaveSynthesis>(settings.sample_rate_hz, config_.response_samples)),
       medium_(scene.medium),
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
       rays_(scene.simulation.ray_count()),
@@ -62,6 +67,7 @@ FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
                                                      propagation_.response_length_s(), source.name,
                                                      field_order(config_)),
             SourceTrajectory(config_.longest_delay_s),
+            {},
             {}};
 }
 
@@ -125,6 +131,7 @@ void FrameMaker::propagate(const RoomState& room) {
         input_.sources.push_back(voice.state.pose.position);
         input_.source_rotations.push_back(voice.state.pose.rotation());
     }
+    waves_.begin_frame(room.time_s, input_.sources, room.objects);
     propagation_.step(input_);
 }
 
@@ -140,10 +147,55 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
     for (std::size_t v = 0; v < voices_.size(); ++v) build_response(v, 0, response_);
 }
 
-/// The newest response of a voice that is not ringing out.
-void FrameMaker::build_response(std::size_t voice, std::size_t listener,
-                                ImpulseResponse& response) const {
-    voices_[voice].impulse_responses->build(propagation_.response(voice, listener), response);
+/// The newest energies of a voice at a listener who has covered a share of the way from the place
+/// of the frame before. Paths that were in both frames go in straight lines.
+EnergyResponse FrameMaker::between(std::size_t voice, std::size_t listener, float share) const {
+    EnergyResponse rays = propagation_.response(voice, listener);
+    rays.listener = glm::mix(places_before_[listener], rays.listener, share);
+    std::unordered_map<std::uint64_t, const SoundPath*> paths_before;
+    for (const SoundPath& path : voices_[voice].paths_before[listener])
+        paths_before.emplace(path.key, &path);
+    for (SoundPath& path : rays.paths) {
+        const auto found = paths_before.find(path.key);
+        if (found == paths_before.end()) continue;
+        const SoundPath* const before = found->second;
+        path.length_m = std::lerp(before->length_m, path.length_m, share);
+        path.direction = glm::mix(before->direction, path.direction, share);
+        for (std::size_t b = 0; b < kBandCount; ++b)
+            path.energy[b] = std::lerp(before->energy[b], path.energy[b], share);
+    }
+    return rays;
+}
+
+/// Keeps what the steps of the next frame begin with.
+void FrameMaker::keep_places() {
+    if (frame_steps(config_) == 1) return;
+    places_before_.clear();
+    for (const Pose& pose : listeners_) places_before_.push_back(pose.position);
+    for (std::size_t v = 0; v < voices_.size(); ++v) {
+        voices_[v].paths_before.clear();
+        for (std::size_t l = 0; l < listeners_.size(); ++l)
+            voices_[v].paths_before.push_back(propagation_.response(v, l).paths);
+    }
+}
+
+/// The newest response of a voice that is not ringing out, at a share of the listener's way from
+/// the frame before.
+void FrameMaker::build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response,
+                                double share) const {
+    const Voice& of = voices_[voice];
+    std::optional<EnergyResponse> moving;
+    if (share < 1 && !of.paths_before.empty())
+        moving = between(voice, listener, static_cast<float>(share));
+    const EnergyResponse& rays = moving ? *moving : propagation_.response(voice, listener);
+    const Vec3 place = moving ? rays.listener : listeners_[listener].position;
+    const std::optional<PairWaves> modes = waves_.pair(of.state.pose.position, place, rays);
+    synthesis_->build(
+        *of.impulse_responses, rays, modes,
+        [&](const SoundPath& path) {
+            return of.trajectory.delay_s(path, double{speed_of_sound_m_s_});
+        },
+        response);
     if (gains_.late == 1) return;
     for (std::vector<float>& channel : response.channels)
         for (float& sample : channel) sample *= gains_.late;
@@ -175,18 +227,25 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
     }
     const auto present =
         static_cast<std::size_t>(std::count_if(playing.begin(), playing.end(), std::identity()));
+    const std::size_t steps = frame_steps(config_);
     for (std::size_t l = 0; l < frames.size(); ++l) {
         if (room.exchange) builders_[l]->set_exchange(room.exchange->first, room.exchange->second);
         for (std::size_t slot = 0; slot < playing.size(); ++slot) {
-            SourceSound sound = absent_sound();
-            if (const Voice* const voice = playing[slot]) {
-                if (voice->last.empty())
-                    build_response(static_cast<std::size_t>(voice - voices_.data()), l, response_);
-                sound = sound_of(*voice, voice->last.empty() ? response_ : voice->last[l]);
+            const Voice* const voice = playing[slot];
+            for (std::size_t step = 0; step < steps; ++step) {
+                SourceSound sound = absent_sound();
+                if (voice != nullptr) {
+                    if (voice->last.empty())
+                        build_response(static_cast<std::size_t>(voice - voices_.data()), l,
+                                       response_,
+                                       static_cast<double>(step + 1) / static_cast<double>(steps));
+                    sound = sound_of(*voice, voice->last.empty() ? response_ : voice->last[l]);
+                }
+                builders_[l]->prepare(slot, sound, present, *frames[l], step);
             }
-            builders_[l]->prepare(slot, sound, present, *frames[l]);
         }
     }
+    keep_places();
     frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 

@@ -9,6 +9,8 @@
 #include "apps/session/frames/room_state.h"
 #include "apps/session/frames/sound_at_listener.h"
 #include "apps/session/frames/source_trajectory.h"
+#include "apps/session/waves/frame_waves.h"
+#include "apps/session/waves/wave_synthesis.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
@@ -38,9 +40,11 @@ class FrameMaker {
     /// Changes materials from the next frame on, see Propagation.
     void set_object_material(std::size_t object, const Material& material) {
         propagation_.set_object_material(object, material);
+        waves_.set_object_material(object, material);
     }
     void change_material(std::size_t material, const Material& coefficients) {
         propagation_.change_material(material, coefficients);
+        waves_.change_material(material, coefficients);
     }
 
     /// See Propagation::reserve_memory.
@@ -86,6 +90,8 @@ class FrameMaker {
         std::unique_ptr<ImpulseResponseBuilder> impulse_responses;
         SourceTrajectory trajectory;
         std::vector<ImpulseResponse> last;  ///< [listener] of one that rings out
+        /// [listener] Those of the frame before; empty if it has only one step.
+        std::vector<std::vector<SoundPath>> paths_before;
     };
 
     struct Gains {
@@ -101,7 +107,10 @@ class FrameMaker {
     bool is_playing(const Voice& voice) const {
         return slot_sources_[voice.state.slot] == voice.state.id;
     }
-    void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response) const;
+    void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response,
+                        double share = 1) const;
+    EnergyResponse between(std::size_t voice, std::size_t listener, float share) const;
+    void keep_places();
     SourceSound sound_of(const Voice& voice, const ImpulseResponse& response) const;
 
     Simulation simulation_;
@@ -109,12 +118,15 @@ class FrameMaker {
     RendererConfig config_;
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::vector<std::unique_ptr<RenderFrameBuilder>> builders_;  ///< [listener]
+    FrameWaves waves_;
+    std::unique_ptr<WaveSynthesis> synthesis_;
     Medium medium_;
     float speed_of_sound_m_s_;
     FrameInput input_;
     int rays_;            ///< of the newest frame
     double frame_s_ = 0;  ///< computation time of the newest frame
     std::vector<Pose> listeners_;
+    std::vector<Vec3> places_before_;          ///< [listener] of the frame before
     std::vector<Voice> voices_;                ///< in the propagation's order
     std::vector<Voice> ringing_;               ///< removed, and still ringing out
     std::vector<std::uint64_t> slot_sources_;  ///< [slot] in the newest frame; 0: none

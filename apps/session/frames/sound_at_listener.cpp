@@ -90,26 +90,31 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s,
             .air = air};
 }
 
-std::vector<std::vector<float>> render_response(const SourceSound& sound, RendererConfig config,
-                                                double length_s, const Pose& head,
-                                                const std::shared_ptr<const Hrtf>& hrtf) {
+ResponseRenderer::ResponseRenderer(RendererConfig config, double length_s,
+                                   std::shared_ptr<const Hrtf> hrtf)
+    : config_((config.sources = 1, std::move(config))),
+      length_s_(length_s),
+      hrtf_(std::move(hrtf)),
+      frames_(config_, hrtf_) {}
+
+std::vector<std::vector<float>> ResponseRenderer::response(const SourceSound& sound,
+                                                           const Pose& head) {
     const FlushDenormals flush;
-    config.sources = 1;
-    const double rate_hz = config.sample_rate_hz;
+    const double rate_hz = config_.sample_rate_hz;
     const HeadRotation rotation = head_rotation(head);
-    Renderer renderer(config, hrtf);
-    RenderFrameBuilder frames(config, hrtf);
-    auto frame = frames.make_frame();
-    frames.prepare({&sound, 1}, *frame);
+    Renderer renderer(config_, hrtf_);
+    frames_.restart();
+    auto frame = frames_.make_frame();
+    frames_.prepare({&sound, 1}, *frame);
     renderer.mailbox().publish(std::move(frame));
 
-    auto length = static_cast<std::size_t>(std::ceil(length_s * rate_hz));
-    if (sound.direct && sound.direct->delay_s > length_s - kFilterTail_s)
+    auto length = static_cast<std::size_t>(std::ceil(length_s_ * rate_hz));
+    if (sound.direct && sound.direct->delay_s > length_s_ - kFilterTail_s)
         length = std::max(
             length, static_cast<std::size_t>((sound.direct->delay_s + kFilterTail_s) * rate_hz));
-    const auto block = static_cast<std::size_t>(config.block);
+    const auto block = static_cast<std::size_t>(config_.block);
     const std::size_t blocks = (length + block - 1) / block;
-    std::vector<std::vector<float>> channels(channel_count(config.output),
+    std::vector<std::vector<float>> channels(channel_count(config_.output),
                                              std::vector<float>(blocks * block));
     std::vector<float> input(block);
     input[0] = 1;
@@ -119,7 +124,7 @@ std::vector<std::vector<float>> render_response(const SourceSound& sound, Render
         outputs.clear();
         for (auto& channel : channels) outputs.push_back(channel.data() + first);
         const std::array<const float*, 1> inputs{input.data()};
-        renderer.render(inputs, rotation, outputs, config.block);
+        renderer.render(inputs, rotation, outputs, config_.block);
         input[0] = 0;
     }
     for (auto& channel : channels) channel.resize(length);

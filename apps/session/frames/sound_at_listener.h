@@ -5,6 +5,7 @@
 
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/source_trajectory.h"
+#include "apps/session/waves/frame_waves.h"
 #include "audio/render/renderer.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/scene.h"
@@ -32,6 +33,7 @@ struct FrameSettings {
     bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
     std::size_t max_sources = 0;       ///< including sources that ring out; at least the scene's
     std::size_t listeners = 1;
+    WavesReady waves_ready = WavesReady::at_once;
     /// Of the renderers of all listeners, see renderer_bytes().
     std::uint64_t max_memory_bytes = std::numeric_limits<std::uint64_t>::max();
 };
@@ -43,12 +45,22 @@ FrameSettings frame_settings(const SessionOptions& options, double sample_rate_h
 RendererConfig renderer_config(const Scene& scene, double response_length_s,
                                const FrameSettings& settings);
 
-/// The impulse response of a source at a listener, as the renderer plays it: [channel][sample],
-/// sample 0 is emission. It is `length_s` long, or longer if distant direct sound requires it. The
-/// config's number of sources is not used.
-std::vector<std::vector<float>> render_response(const SourceSound& sound, RendererConfig config,
-                                                double length_s, const Pose& head,
-                                                const std::shared_ptr<const Hrtf>& hrtf);
+/// Makes impulse responses as the renderer plays them. [one thread at a time]
+class ResponseRenderer {
+ public:
+    /// The number of sources in `config` is not used.
+    ResponseRenderer(RendererConfig config, double length_s, std::shared_ptr<const Hrtf> hrtf);
+
+    /// The impulse response of a source at a listener: [channel][sample], sample 0 is emission. It
+    /// is as long as the constructor was told, or longer if distant direct sound requires it.
+    std::vector<std::vector<float>> response(const SourceSound& sound, const Pose& head);
+
+ private:
+    RendererConfig config_;
+    double length_s_;
+    std::shared_ptr<const Hrtf> hrtf_;
+    RenderFrameBuilder frames_;
+};
 
 /// The head's axes in the renderer's format.
 HeadRotation head_rotation(const Pose& pose) noexcept AULA_NONBLOCKING;

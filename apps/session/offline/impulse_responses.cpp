@@ -1,12 +1,16 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/sound_at_listener.h"
+#include "apps/session/images/box_images.h"
 #include "apps/session/offline/diffuse_noise.h"
 #include "apps/session/waves/wave_join.h"
+#include "apps/session/waves/wave_synthesis.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
@@ -60,12 +64,13 @@ struct ImpulseResponses::State {
           hrtf(std::move(head)),
           config(config_of(measured, options)),
           is_array(measured.receivers.size() > 1) {
-        if (!is_array)
+        if (!is_array && !measured.images)
             shared = make_noise_carriers(options.sample_rate_hz, measured.simulation.seed);
     }
 
     std::shared_ptr<const NoiseCarriers> carriers(std::size_t source, std::size_t receiver);
     std::shared_ptr<const DiffuseNoise> noise_of(std::size_t source, std::size_t set);
+    std::vector<std::vector<float>> rendered(const SourceSound& sound, std::size_t receiver);
 
     const Measurement& measurement;
     std::shared_ptr<const Hrtf> hrtf;
@@ -75,6 +80,8 @@ struct ImpulseResponses::State {
     std::mutex mutex;
     std::pair<std::size_t, std::size_t> noise_set;  ///< source, and set of receivers, of `noise`
     std::shared_ptr<const DiffuseNoise> noise;      ///< the newest
+    std::optional<CarrierFilters> filters;          ///< of the noises, all of one period
+    std::vector<std::unique_ptr<ResponseRenderer>> idle;  ///< those that no thread uses
 };
 
 /// The period of the noise, s: longer than the responses, and long enough for the filters of low
@@ -98,13 +105,16 @@ std::shared_ptr<const DiffuseNoise> ImpulseResponses::State::noise_of(std::size_
          r < std::min(first + DiffuseNoise::kMaxPoints, measurement.receivers.size()); ++r)
         points.push_back(measurement.receivers[r].position);
     noise_set = {source, set};
+    if (!filters) {
+        const double period_s = noise_period_s(measurement.length_s, field_order(config));
+        filters.emplace(config.sample_rate_hz,
+                        NoiseCarriers::fast_period(
+                            config.sample_rate_hz,
+                            static_cast<std::size_t>(std::ceil(period_s * config.sample_rate_hz))));
+    }
     noise = std::make_shared<const DiffuseNoise>(
-        points,
-        NoiseCarriers::fast_period(config.sample_rate_hz,
-                                   static_cast<std::size_t>(std::ceil(
-                                       noise_period_s(measurement.length_s, field_order(config)) *
-                                       config.sample_rate_hz))),
-        config.sample_rate_hz, double{measurement.response(source).speed_of_sound_m_s},
+        points, filters->period_samples(), config.sample_rate_hz,
+        double{measurement.response(source).speed_of_sound_m_s},
         derive_seed(NoiseCarriers::source_seed(measurement.simulation.seed,
                                                measurement.sources[source].name),
                     set));
@@ -117,7 +127,26 @@ std::shared_ptr<const NoiseCarriers> ImpulseResponses::State::carriers(std::size
     const std::shared_ptr<const DiffuseNoise> noises =
         noise_of(source, receiver / DiffuseNoise::kMaxPoints);
     const std::vector<float>& at = noises->at(receiver % DiffuseNoise::kMaxPoints);
-    return std::make_shared<const NoiseCarriers>(config.sample_rate_hz, at);
+    return std::make_shared<const NoiseCarriers>(*filters, at);
+}
+
+/// The renderer's output at a receiver.
+std::vector<std::vector<float>> ImpulseResponses::State::rendered(const SourceSound& sound,
+                                                                  std::size_t receiver) {
+    std::unique_ptr<ResponseRenderer> renderer;
+    {
+        const std::lock_guard lock(mutex);
+        if (!idle.empty()) {
+            renderer = std::move(idle.back());
+            idle.pop_back();
+        }
+    }
+    if (!renderer)
+        renderer = std::make_unique<ResponseRenderer>(config, measurement.length_s, hrtf);
+    auto response = renderer->response(sound, measurement.receivers[receiver]);
+    const std::lock_guard lock(mutex);
+    idle.push_back(std::move(renderer));
+    return response;
 }
 
 ImpulseResponses::ImpulseResponses(const Measurement& measurement,
@@ -137,55 +166,36 @@ std::vector<std::vector<float>> ImpulseResponses::response(std::size_t source,
                                                            std::size_t receiver) const {
     const Measurement& m = state_->measurement;
     const std::size_t pair = m.pair(source, receiver);
-    const PairWaves* const waves =
-        m.waves && m.waves->pairs[pair] ? &*m.waves->pairs[pair] : nullptr;
-    const EnergyResponse& energy = waves != nullptr ? m.waves->rays[pair] : m.responses[pair];
+    if (m.images) {
+        // Binaural output has paths, of which each has its own direction in the head's filters.
+        const EnergyResponse& energy = m.responses[pair];
+        const bool has_paths = state_->config.output == OutputFormat::binaural;
+        const double rate_hz = state_->config.sample_rate_hz;
+        ImpulseResponse response{
+            rate_hz,
+            m.images->pressure(source, receiver, rate_hz,
+                               static_cast<std::size_t>(std::ceil(m.length_s * rate_hz - 1e-6)),
+                               field_order(state_->config), !has_paths),
+            has_paths ? energy.paths : std::vector<SoundPath>{}};
+        return state_->rendered(
+            source_sound(response, double{energy.speed_of_sound_m_s}, m.sources[source].gain_db),
+            receiver);
+    }
+    std::optional<PairWaves> modes;
+    if (m.waves) modes = m.waves->pairs[pair];
+    EnergyResponse rays = modes ? m.waves->rays[pair] : m.responses[pair];
+    // The carriers of an array are those of a place.
+    if (state_->is_array) rays.listener = Vec3(0);
     ImpulseResponseBuilder builder(state_->carriers(source, receiver), m.medium, m.length_s,
                                    m.sources[source].name, field_order(state_->config));
+    const double speed_m_s{rays.speed_of_sound_m_s};
     ImpulseResponse response;
-    builder.build(energy, response);
-    const SourceSound sound = source_sound(response, static_cast<double>(energy.speed_of_sound_m_s),
-                                           m.sources[source].gain_db);
-    const auto render = [&](const SourceSound& part) {
-        return render_response(part, state_->config, m.length_s, m.receivers[receiver],
-                               state_->hrtf);
-    };
-    if (waves == nullptr) return render(sound);
-    // The direct sound remains whole; modes and all other rays are joined.
-    std::vector<std::vector<float>> result;
-    const auto add = [&](const std::vector<std::vector<float>>& part) {
-        result.resize(part.size());
-        for (std::size_t c = 0; c < part.size(); ++c) {
-            result[c].resize(std::max(result[c].size(), part[c].size()));
-            for (std::size_t i = 0; i < part[c].size(); ++i) result[c][i] += part[c][i];
-        }
-    };
-    const double rate_hz = state_->config.sample_rate_hz;
-    const std::vector<float> silence(builder.length_samples());
-    SourceSound silent = sound;
-    silent.direct.reset();
-    silent.early.clear();
-    for (std::size_t c = 0; c < response.channels.size(); ++c) silent.ambisonics[c] = silence;
-
-    SourceSound rays = sound;
-    if (waves->has_direct()) {
-        rays.direct.reset();
-        SourceSound direct = silent;
-        direct.direct = sound.direct;
-        std::vector<std::vector<float>> part = render(direct);
-        for (std::vector<float>& channel : part) cut_subsonic(rate_hz, channel);
-        add(part);
-    }
-    std::vector<std::vector<float>> high = render(rays);
-    for (std::vector<float>& channel : high) keep_high(m.waves->masks, rate_hz, channel);
-    add(high);
-    const auto modes = waves->impulse_response(rate_hz, builder.length_samples());
-    SourceSound low = silent;
-    for (std::size_t c = 0; c < std::min(modes.size(), response.channels.size()); ++c) {
-        low.ambisonics[c] = modes[c];
-    }
-    add(render(low));
-    return result;
+    WaveSynthesis(state_->config.sample_rate_hz, builder.length_samples())
+        .build(
+            builder, rays, modes,
+            [&](const SoundPath& path) { return double{path.length_m} / speed_m_s; }, response);
+    const SourceSound sound = source_sound(response, speed_m_s, m.sources[source].gain_db);
+    return state_->rendered(sound, receiver);
 }
 
 }  // namespace aula

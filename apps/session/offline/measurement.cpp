@@ -146,7 +146,8 @@ class MeasuredWaves {
         if (is_first) rays_.resize(responses.size());
         for (std::size_t pair = 0; pair < responses.size(); ++pair) {
             if (is_first) {
-                pairs_.push_back(join_->pair(sources_[pair / receivers_.size()],
+                const Source& source = sources_[pair / receivers_.size()];
+                pairs_.push_back(join_->pair(source.position_at(0),
                                              receivers_[pair % receivers_.size()].position,
                                              responses[pair]));
                 energies_.push_back(pairs_[pair] ? pairs_[pair]->energy(responses[pair].bins)
@@ -160,20 +161,23 @@ class MeasuredWaves {
     /// Gives the modes to the measurement.
     void finish(Measurement& m) const {
         if (!join_) return;
-        m.warnings.insert(m.warnings.end(), join_->warnings().begin(), join_->warnings().end());
-        if (std::none_of(pairs_.begin(), pairs_.end(),
-                         [](const auto& p) { return p.has_value(); })) {
-            if (join_->warnings().empty()) {
-                m.warnings.emplace_back(
-                    "waves: none, because no receiver is in the air of a source's room");
-            }
-            return;
-        }
+        // Who asks for modes is warned; where they are used if there are any, the report says it.
+        std::vector<std::string>& lines =
+            m.simulation.waves_hz == Simulation::kHighestWaves_hz ? m.without_waves : m.warnings;
+        lines.insert(lines.end(), join_->warnings().begin(), join_->warnings().end());
+        const auto with_modes = static_cast<std::size_t>(std::count_if(
+            pairs_.begin(), pairs_.end(), [](const auto& p) { return p.has_value(); }));
+        if (!join_->rooms().empty() && with_modes < pairs_.size())
+            lines.push_back(
+                formatted("waves: none at %zu of %zu pairs of a source and a receiver, "
+                          "which are not in one room; rays are alone there",
+                          pairs_.size() - with_modes, pairs_.size()));
+        if (with_modes == 0) return;
         auto waves = std::make_shared<JoinedWaves>();
-        waves->masks = join_->masks();
         waves->pairs = pairs_;
         for (const ResponseMean& rays : rays_) waves->rays.push_back(rays.value());
-        m.waves_below_hz = waves->masks.crossover_hz;
+        for (const auto& pair : pairs_)
+            if (pair) m.waves_below_hz = std::max(m.waves_below_hz, pair->masks().crossover_hz);
         m.waves = std::move(waves);
     }
 
@@ -345,6 +349,8 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         if (responses.empty()) return std::nullopt;
         waves.join(responses);
         means.add(responses);
+        certain = propagation.images() != nullptr;
+        if (certain) means.add(responses);  // for errors, which are 0
         if (connected.empty()) {
             connected = propagation.connected();
             // In the open a path over an edge, or through a pane, may be the only one.
@@ -355,7 +361,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
         if (std::none_of(connected.begin(), connected.end(), [](char c) { return c != 0; })) break;
         at_end_of_budget =
             !options.frames && means.windows() >= 2 && propagation.work_s() >= frames_s;
-        if (at_end_of_budget) break;
+        if (at_end_of_budget || certain) break;
         if (means.windows() < next_check) continue;
         next_check =
             static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(means.windows())));
@@ -372,6 +378,7 @@ std::optional<Measurement> measure(const Scene& scene, std::vector<Pose> receive
     m.frames = propagation.frames();
     m.limits = options.limits;
     m.patch_size_m = propagation.patch_size_m();
+    m.images = propagation.images();
     if (at_end_of_budget)
         m.warnings.push_back(formatted(
             "the budget of the measurement ended it after %d frames%s", m.frames,

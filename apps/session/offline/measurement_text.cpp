@@ -174,7 +174,10 @@ std::string report_json(const Measurement& measurement) {
                     json_members(parameters, &MeasuredValue::standard_error, "\n  ") + '}';
         json += '}';
     }
-    return json + "]}\n";
+    json += ']';
+    if (measurement.waves_below_hz > 0)
+        json += ",\n\"waves_below_hz\":" + json_value(measurement.waves_below_hz);
+    return json + "}\n";
 }
 
 std::string octave_table(const PairParameters& parameters, std::size_t count) {
@@ -201,6 +204,11 @@ std::string report_table(const Measurement& measurement) {
                  (parameters.sti.value ? "  " + speech_names(parameters.sti) : "") + '\n' +
                  third_octave_table(parameters);
     }
+    if (measurement.waves_below_hz > 0)
+        table += formatted("\nmodes of the room below %.0f Hz, rays above\n",
+                           measurement.waves_below_hz);
+    for (const std::string& line : measurement.without_waves)
+        table += '\n' + printable_line(line) + '\n';
     return table;
 }
 

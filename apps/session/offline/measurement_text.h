@@ -56,7 +56,8 @@ std::string echogram_csv(const Scene& scene, const Measurement& measurement, dou
 std::vector<RoomParameters> room_parameters(const Measurement& measurement);
 
 /// {"sources":[{"name":.., members of parameters_json(), "standard_errors":{the same}}]} of the
-/// first receiver; null for absent values, without "standard_errors" if they are unknown. Requires Measurement::parameters.
+/// first receiver; null for absent values, without "standard_errors" if they are unknown; with
+/// "waves_below_hz" if modes are part of the responses. Requires Measurement::parameters.
 std::string report_json(const Measurement& measurement);
 
 /// The same as a table for display, without standard errors; "-" for absent values.

@@ -11,8 +11,8 @@
 
 #include "apps/session/base/session_options.h"
 #include "apps/session/frames/signals.h"
-#include "aula/engine/scene.h"
 #include "aula/auralizer.h"
+#include "aula/engine/scene.h"
 #include "aula/measurement.h"
 
 namespace aula {

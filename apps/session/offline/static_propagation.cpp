@@ -1,8 +1,11 @@
 #include "apps/session/offline/static_propagation.h"
 
+#include <utility>
+
 #include "apps/session/frames/ray_budget.h"
 #include "apps/session/offline/response_mean.h"
 #include "engine/base/sampling.h"
+#include "engine/base/worker_pool.h"
 
 namespace aula {
 
@@ -36,8 +39,21 @@ std::vector<Vec3> positions_of(std::span<const Pose> poses) {
 StaticPropagation::StaticPropagation(const Scene& scene, std::span<const Pose> receivers)
     : simulation_(scene.simulation),
       receivers_(positions_of(receivers)),
-      listeners_(scene.simulation.estimator == Estimator::patch ? 1 : receivers.size()),
-      propagation_(scene, scene.simulation, listeners_, receivers_) {
+      listeners_(scene.simulation.estimator == Estimator::patch ? 1 : receivers.size()) {
+    const auto find_images = [&] {
+        if (auto found = BoxImages::find(scene, receivers, response_length_s_))
+            images_ = std::make_shared<const BoxImages>(std::move(*found));
+    };
+    if (scene.simulation.ir_length_s) {
+        response_length_s_ = double{*scene.simulation.ir_length_s};
+        find_images();
+    }
+    if (!images_) {
+        propagation_.emplace(scene, scene.simulation, listeners_, receivers_);
+        response_length_s_ = propagation_->response_length_s();
+        if (!scene.simulation.ir_length_s) find_images();
+    }
+    if (images_) propagation_.reset();
     input_.listeners.assign(receivers_.begin(),
                             receivers_.begin() + static_cast<std::ptrdiff_t>(listeners_));
     for (const Source& source : scene.sources) {
@@ -62,25 +78,30 @@ bool StaticPropagation::gathers_at(int frame, int count) const {
 
 std::vector<EnergyResponse> StaticPropagation::window(int count,
                                                       const std::function<bool(int)>& continues) {
-    if (windows_ > 0) propagation_.restart(derive_seed(simulation_.seed, windows_));
+    if (images_) {
+        frames_ += count;
+        return continues(frames_) ? image_responses(input_.sources.size())
+                                  : std::vector<EnergyResponse>();
+    }
+    if (windows_ > 0) propagation_->restart(derive_seed(simulation_.seed, windows_));
     ++windows_;
     const bool last = last_is_best(simulation_, count);
     const std::size_t receivers = receivers_.size();
     const std::span<const Vec3> others = std::span(receivers_).subspan(listeners_);
     std::vector<ResponseMean> means(input_.sources.size() * receivers);
     for (int frame = 0; frame < count; ++frame) {
-        propagation_.step(input_);
+        propagation_->step(input_);
         for (std::size_t s = 0; (!last || frame + 1 == count) && s < input_.sources.size(); ++s)
             for (std::size_t r = 0; r < listeners_; ++r)
-                means[s * receivers + r].add(propagation_.response(s, r));
+                means[s * receivers + r].add(propagation_->response(s, r));
         if (gathers_at(frame, count)) {
-            const std::vector<EnergyResponse> gathered = propagation_.responses_at(input_, others);
+            const std::vector<EnergyResponse> gathered = propagation_->responses_at(input_, others);
             // A gather is weighted by the rays in the caches.
             for (std::size_t i = 0; i < gathered.size(); ++i)
                 means[i / others.size() * receivers + listeners_ + i % others.size()].add(
                     gathered[i], frame + 1);
         }
-        work_s_ += counted_s(propagation_.statistics());
+        work_s_ += counted_s(propagation_->statistics());
         if (!continues(++frames_)) return {};
     }
     std::vector<EnergyResponse> responses;
@@ -89,12 +110,23 @@ std::vector<EnergyResponse> StaticPropagation::window(int count,
     return responses;
 }
 
+/// [pair]
+std::vector<EnergyResponse> StaticPropagation::image_responses(std::size_t sources) const {
+    std::vector<EnergyResponse> responses(sources * receivers_.size());
+    WorkerPool workers(simulation_.threads.value_or(default_threads()));
+    workers.run(responses.size(), [&](std::size_t pair) {
+        responses[pair] = images_->response(pair / receivers_.size(), pair % receivers_.size());
+    });
+    return responses;
+}
+
 std::vector<char> StaticPropagation::connected() const {
+    if (images_) return std::vector<char>(input_.sources.size() * receivers_.size(), 1);
     FrameInput input = input_;
     std::vector<char> pairs(input.sources.size() * receivers_.size());
     for (std::size_t r = 0; r < receivers_.size(); ++r) {
         input.listeners = {receivers_[r]};
-        const std::vector<char> sources = propagation_.sources_connected(input);
+        const std::vector<char> sources = propagation_->sources_connected(input);
         for (std::size_t s = 0; s < sources.size(); ++s)
             pairs[s * receivers_.size() + r] = sources[s];
     }

@@ -9,6 +9,8 @@
 #include <numbers>
 #include <utility>
 
+#include "apps/session/base/formatted.h"
+#include "apps/session/waves/wave_synthesis.h"
 #include "audio/dsp/fft.h"
 #include "engine/base/near_field.h"
 #include "engine/base/worker_pool.h"
@@ -21,114 +23,152 @@ using Spectrum = std::vector<std::complex<float>>;
 
 constexpr double kPi = std::numbers::pi;
 
-/// The corner of the high-pass filter, below all bands.
-constexpr double kLowest_hz = 8;
-
 /// The highest modes are the least exact.
 constexpr double kUsedShare = 0.98;
+
+/// Rays are alone where their energy is this multiple of that of modes: a single pair of places
+/// differs by less from the mean that rays are.
+constexpr double kOutweighed = 4;
 
 /// Of the signals whose energies are sorted into bins, which are multiples of 1 ms.
 constexpr double kEnergyRate_hz = 2000;
 
-/// The amplitude 0..1 of a flank about a frequency, in power the complement of its reverse.
-double rising(double hz, double about_hz, double octaves) {
-    if (!(hz > 0)) return 0;
-    return std::sin(kPi / 2 * std::clamp(0.5 + std::log2(hz / about_hz) / octaves, 0.0, 1.0));
-}
+/// Of amplitudes over the length of a transform, 30 dB. A larger one would raise what filters
+/// spread before the beginning, and wraps around to the end, above the decay.
+constexpr double kDecay = 31.6;
 
-double falling(double hz, double about_hz, double octaves) {
-    if (!(hz > 0)) return 1;
-    return std::cos(kPi / 2 * std::clamp(0.5 + std::log2(hz / about_hz) / octaves, 0.0, 1.0));
-}
-
-/// Butterworth's high-pass filter of fourth order: without it the constant pressure of a closed
-/// room is 30 dB above the modes at 5 Hz. It is causal because what a linear-phase filter spread
-/// before the emission would be lost.
-std::complex<double> high_pass(double hz) {
-    if (!(hz > 0)) return 0;
-    const std::complex<double> s(0, hz / kLowest_hz);
-    const auto section = [&](double angle) {
-        return s * s / (s * s + 2 * std::cos(angle) * s + 1.0);
-    };
-    return section(kPi / 8) * section(3 * kPi / 8);
-}
-
-/// The spectrum of a signal multiplied by a function of the frequency; the end of the signal does
-/// not meet its beginning.
-template <typename Factor>
-void filter(double sample_rate_hz, const Factor& factor, std::vector<float>& signal) {
-    const std::size_t samples = signal.size();
-    RealFft fft(fast_fft_size(2 * samples + 2));
-    signal.resize(fft.size());
-    Spectrum spectrum(fft.bins());
-    fft.forward(signal.data(), spectrum.data());
-    for (std::size_t k = 0; k < fft.bins(); ++k) {
-        const double hz = static_cast<double>(k) * sample_rate_hz / static_cast<double>(fft.size());
-        spectrum[k] *= std::complex<float>(factor(hz) / static_cast<double>(fft.size()));
-    }
-    fft.inverse(spectrum.data(), signal.data());
-    signal.resize(samples);
-}
+/// What filters spread over 0.06 s, those of the octave 63 Hz, changes with the decay of a
+/// transform by 10 % then.
+constexpr double kShortest_s = 2;
 
 /// An octave band with flanks of a quarter octave; the squares of all bands add up to 1.
 double octave_mask(std::size_t band, double hz) {
     constexpr double kFlank = 0.25;
     const double centre_hz{kBandCentres_hz[band]};
-    return rising(hz, centre_hz / std::numbers::sqrt2, kFlank) *
-           falling(hz, centre_hz * std::numbers::sqrt2, kFlank);
+    return rising_flank(hz, centre_hz / std::numbers::sqrt2, kFlank) *
+           falling_flank(hz, centre_hz * std::numbers::sqrt2, kFlank);
 }
 
-/// The beginning of a warning.
-std::string none_of(const Source& source) {
-    return "waves: none of source \"" + source.name + "\", because ";
-}
+/// The real part beyond the modes of a direct sound and its derivative, see direct_field_beyond().
+/// They change with the wave number as cos(k r): between steps of this phase they are linear.
+class DirectBeyond {
+ public:
+    DirectBeyond(double distance_m, double end, double highest) {
+        constexpr double kPhase = 0.25;
+        step_ = kPhase / std::max(distance_m, kNearest_m);
+        for (double k = 0; k < end + step_; k += step_) {
+            // It diverges at the highest mode, which no mask reaches.
+            nodes_.push_back(direct_field_beyond(distance_m, std::min(k, end), highest));
+        }
+    }
 
-/// Twice the responses' length, so that the end of a decay does not meet its beginning.
-std::size_t transform_size(double length_s, double rate_hz) {
-    return fast_fft_size(static_cast<std::size_t>(std::ceil(2 * length_s * rate_hz)) + 2);
-}
+    std::array<double, 2> at(double wave_number) const {
+        const double position = wave_number / step_;
+        const std::size_t i = std::min(static_cast<std::size_t>(position), nodes_.size() - 2);
+        const double share = position - static_cast<double>(i);
+        return {std::lerp(nodes_[i][0], nodes_[i + 1][0], share),
+                std::lerp(nodes_[i][1], nodes_[i + 1][1], share)};
+    }
+
+ private:
+    double step_;
+    std::vector<std::array<double, 2>> nodes_;
+};
 
 }  // namespace
 
-double WaveMasks::low(double hz) const { return falling(hz, crossover_hz, 1); }
+WaveTransform::WaveTransform(double length_s, double rate)
+    : size(fast_fft_size(
+          static_cast<std::size_t>(std::ceil(2 * std::max(length_s, kShortest_s) * rate)) + 2)),
+      rate_hz(rate),
+      decay_per_s(std::log(kDecay) * rate / static_cast<double>(size)) {}
 
-double WaveMasks::high(double hz) const { return rising(hz, crossover_hz, 1); }
+float WaveTransform::growth(std::size_t sample) const {
+    const double whole = sample < size - size / 4 ? 0 : static_cast<double>(size);
+    return static_cast<float>(
+        std::exp(decay_per_s * (static_cast<double>(sample) - whole) / rate_hz));
+}
 
-double WaveMasks::end_hz() const { return crossover_hz * std::numbers::sqrt2; }
+double path_amplitude(const SoundPath& path, double hz) {
+    const double position = std::clamp(std::log2(std::max(hz, 1.0) / double{kBandCentres_hz[0]}),
+                                       0.0, static_cast<double>(kBandCount - 1));
+    const std::size_t below = std::min(static_cast<std::size_t>(position), kBandCount - 2);
+    const auto amplitude = [&](std::size_t band) {
+        return std::sqrt(squared_pressure(double{path.energy[band]}));
+    };
+    return std::lerp(amplitude(below), amplitude(below + 1), position - static_cast<double>(below));
+}
 
-WaveField PairWaves::field(double hz, bool with_direct) const {
-    const double wave_number = 2 * kPi * hz / speed_of_sound_m_s_;
-    WaveField result =
-        has_direct_ ? response_.reverberant(wave_number) : response_.modal(wave_number);
-    if (!has_direct_ || !with_direct) return result;
-    const double distance_m{glm::length(response_.from_source)};
-    const auto direct = direct_field(distance_m, wave_number);
-    result[0] += direct[0];
+WaveSpectra PairWaves::field(const WaveTransform& transform, std::size_t count) const {
+    const double step = 2 * kPi * transform.step_hz() / speed_of_sound_m_s_;
+    const double shift = transform.decay_per_s / speed_of_sound_m_s_;
+    WaveSpectra spectra = response_.modal(step, count, shift);
     const Vec3 along = near_direction(response_.from_source);
-    for (std::size_t a = 0; a < 3; ++a) {
-        result[a + 1] += direct[1] * double{along[static_cast<int>(a)]};
+    const double distance_m{glm::length(response_.from_source)};
+    std::optional<DirectBeyond> beyond;
+    if (direct_)
+        beyond.emplace(distance_m, step * static_cast<double>(count),
+                       response_.highest_wave_number);
+    for (std::size_t i = 1; i < count; ++i) {
+        const double wave_number = step * static_cast<double>(i);
+        std::array<std::complex<double>, 2> direct{};
+        if (beyond) {
+            const std::array<double, 2> rest = beyond->at(wave_number);
+            const auto whole = direct_field(distance_m, {shift, wave_number});
+            direct = {rest[0] - whole[0], rest[1] - whole[1]};
+        }
+        spectra[0][i] += direct[0];
+        const std::complex<double> slope(shift, wave_number);
+        for (std::size_t a = 0; a < 3; ++a) {
+            std::complex<double>& value = spectra[a + 1][i];
+            value = (value + direct[1] * double{along[static_cast<int>(a)]}) / slope;
+        }
     }
-    return result;
+    return spectra;
+}
+
+bool PairWaves::is_outweighed(const EnergyResponse& rays) const {
+    // The highest octave that modes fill; the lowest one if they fill none.
+    std::size_t band = 0;
+    while (band + 1 < kBandCount &&
+           double{kBandCentres_hz[band + 1]} * std::numbers::sqrt2 < masks_.crossover_hz)
+        ++band;
+    const WaveTransform transform(rays.bins.length_s(), kEnergyRate_hz);
+    const double centre_hz{kBandCentres_hz[band]};
+    const auto first =
+        static_cast<std::size_t>(centre_hz / std::numbers::sqrt2 / transform.step_hz());
+    const auto end = static_cast<std::size_t>(
+        std::min(centre_hz * std::numbers::sqrt2, masks_.end_hz()) / transform.step_hz());
+    const WaveSpectra field_of_modes = field(transform, end);
+    double power = 0;
+    for (std::size_t k = first; k < end; ++k) power += std::norm(field_of_modes[0][k]);
+    return squared_pressure(rays.total(band)) >
+           kOutweighed * power / static_cast<double>(std::max<std::size_t>(1, end - first));
 }
 
 WaveEnergy PairWaves::energy(const TimeBins& bins) const {
-    const std::size_t size = transform_size(bins.length_s(), kEnergyRate_hz);
+    const WaveTransform transform(bins.length_s(), kEnergyRate_hz);
+    const std::size_t size = transform.size;
     RealFft fft(size);
-    const double step_hz = kEnergyRate_hz / static_cast<double>(size);
+    const double step_hz = transform.step_hz();
     const auto end = std::min(fft.bins(), static_cast<std::size_t>(masks_.end_hz() / step_hz) + 1);
 
-    // W, and the velocities along x, y and z of a wave with the pressure of W.
-    std::array<Spectrum, 4> fields;
-    for (Spectrum& spectrum : fields) spectrum.assign(end, 0);
-    for (std::size_t k = 1; k < end; ++k) {
+    WaveSpectra fields = field(transform, end);
+    for (std::size_t k = 0; k < end; ++k) {
         const double hz = static_cast<double>(k) * step_hz;
-        const std::complex<double> mask = masks_.low(hz) * high_pass(hz);
-        const WaveField at = field(hz, true);
-        const std::complex<double> slope(0, 2 * kPi * hz / speed_of_sound_m_s_);
-        fields[0][k] = std::complex<float>(mask * at[0]);
-        for (std::size_t a = 1; a < 4; ++a) {
-            fields[a][k] = std::complex<float>(mask * at[a] / slope);
+        if (direct_) {
+            const std::complex<double> s(transform.decay_per_s, 2 * kPi * hz);
+            const double delay_s = double{direct_->length_m} / speed_of_sound_m_s_;
+            const std::complex<double> pressure =
+                path_amplitude(*direct_, hz) * std::exp(-s * delay_s);
+            fields[0][k] += pressure;
+            for (int a = 0; a < 3; ++a)
+                fields[static_cast<std::size_t>(a) + 1][k] +=
+                    double{direct_->direction[a]} * pressure;
         }
+        const std::complex<double> mask(masks_.low(hz) *
+                                        wave_high_pass({transform.decay_per_s / (2 * kPi), hz}));
+        for (auto& spectrum : fields) spectrum[k] *= mask;
     }
 
     // What filters spread before the arrival belongs to it.
@@ -148,7 +188,7 @@ WaveEnergy PairWaves::energy(const TimeBins& bins) const {
             high += mask * mask * masks_.high(hz) * masks_.high(hz);
             if (k >= end) continue;
             for (std::size_t c = 0; c < 4; ++c) {
-                filtered[c][k] = static_cast<float>(mask) * fields[c][k];
+                filtered[c][k] = std::complex<float>(mask * fields[c][k]);
             }
         }
         if (high >= all) break;
@@ -165,7 +205,8 @@ WaveEnergy PairWaves::energy(const TimeBins& bins) const {
             const double time_s = is_before ? 0 : (static_cast<double>(n) + 0.5) / kEnergyRate_hz;
             const std::size_t bin = bins.index(std::max(time_s, arrival_s));
             if (bin >= bins.count()) continue;
-            const auto weight = static_cast<float>(scale) * signal[0][n];
+            const float growth = transform.growth(n);
+            const auto weight = static_cast<float>(scale) * growth * growth * signal[0][n];
             result.energy[bin][band] += weight * signal[0][n];
             result.intensity[bin] += weight * Vec3(signal[1][n], signal[2][n], signal[3][n]);
         }
@@ -181,48 +222,11 @@ void WaveEnergy::join(EnergyResponse& response) const {
         response.energy[i] += energy[i];
         response.intensity[i] += intensity[i];
     }
-    for (SoundPath& path : response.paths) path.energy *= rays;
+    for (SoundPath& path : response.paths)
+        if (path.kind != SoundPath::Kind::through_walls) path.energy *= rays;
 }
 
-std::array<std::vector<float>, 4> PairWaves::impulse_response(double sample_rate_hz,
-                                                              std::size_t samples) const {
-    const std::size_t size =
-        transform_size(static_cast<double>(samples) / sample_rate_hz, sample_rate_hz);
-    RealFft fft(size);
-    const double step_hz = sample_rate_hz / static_cast<double>(size);
-    std::array<Spectrum, 4> spectra;
-    for (Spectrum& spectrum : spectra) spectrum.assign(fft.bins(), 0);
-    constexpr std::array<std::size_t, 4> kChannel{0, 3, 1, 2};  // of pressure, x, y, z
-    for (std::size_t k = 1; k < fft.bins(); ++k) {
-        const double hz = static_cast<double>(k) * step_hz;
-        if (hz > masks_.end_hz()) break;
-        const std::complex<double> mask =
-            masks_.low(hz) * high_pass(hz) / static_cast<double>(size);
-        const WaveField at = field(hz, false);
-        const std::complex<double> slope(0, 2 * kPi * hz / speed_of_sound_m_s_);
-        for (std::size_t c = 0; c < 4; ++c) {
-            spectra[kChannel[c]][k] = std::complex<float>(mask * (c == 0 ? at[0] : at[c] / slope));
-        }
-    }
-    std::array<std::vector<float>, 4> result;
-    for (std::size_t c = 0; c < 4; ++c) {
-        result[c].resize(size);
-        fft.inverse(spectra[c].data(), result[c].data());
-        result[c].resize(samples);
-    }
-    return result;
-}
-
-void keep_high(const WaveMasks& masks, double sample_rate_hz, std::vector<float>& signal) {
-    filter(
-        sample_rate_hz, [&](double hz) { return std::complex<double>(masks.high(hz)); }, signal);
-}
-
-void cut_subsonic(double sample_rate_hz, std::vector<float>& signal) {
-    filter(sample_rate_hz, high_pass, signal);
-}
-
-WaveJoin::WaveJoin(const Scene& scene)
+WaveJoin::WaveJoin(const Scene& scene, const WaveJoin* before, const std::stop_token& stop)
     : speed_of_sound_m_s_(double{scene.medium.speed_of_sound_m_s()}) {
     const Simulation& simulation = scene.simulation;
     if (!simulation.direct || !simulation.specular || simulation.order != 0) {
@@ -230,61 +234,65 @@ WaveJoin::WaveJoin(const Scene& scene)
             "waves: not with limits of direct sound, specular paths or the order");
         return;
     }
-    std::vector<const Source*> sources;
-    for (const Source& source : scene.sources) {
-        if (source.directivity.is_omnidirectional()) {
-            sources.push_back(&source);
-        } else {
-            warnings_.push_back(none_of(source) + "it has a directivity");
-        }
-    }
-    if (!sources.empty()) find(scene, std::move(sources));
+    find(scene, before, stop);
 }
 
-void WaveJoin::find(const Scene& scene, std::vector<const Source*> sources) {
+void WaveJoin::find(const Scene& scene, const WaveJoin* before, const std::stop_token& stop) {
     const auto rays = std::make_shared<const RayScene>(scene);
-    const WaveLimits limits{.highest_hz = std::numbers::sqrt2 * double{scene.simulation.waves_hz}};
+    // Where nobody asks for a frequency, modes below all octaves are not worth their time.
+    const bool is_auto = scene.simulation.waves_hz == Simulation::kHighestWaves_hz;
+    const double lowest_hz = is_auto ? double{kBandCentres_hz[0]} / std::numbers::sqrt2
+                                     : double{Simulation::kLowestWaves_hz};
+    const WaveLimits limits{.highest_hz = std::numbers::sqrt2 * double{scene.simulation.waves_hz},
+                            .lowest_hz = std::numbers::sqrt2 / kUsedShare * lowest_hz};
     WorkerPool pool(scene.simulation.threads.value_or(default_threads()));
-    const auto try_all = [&] {
-        std::vector<Vec3> places;
-        places.reserve(sources.size());
-        for (const Source* source : sources) places.push_back(source->position_at(0));
-        waves_ = RoomWaves::find(rays, places, speed_of_sound_m_s_, limits, pool);
-    };
-    try_all();
-    if (!waves_) {
-        // Sources without a closed room must not take the modes from the others.
-        const std::size_t removed = std::erase_if(sources, [&](const Source* source) {
-            const std::array<Vec3, 1> place{source->position_at(0)};
-            const RoomFault fault = RoomWaves::fault(rays, place, limits);
-            if (fault == RoomFault::none) return false;
-            warnings_.push_back(none_of(*source) +
-                                (fault == RoomFault::open
-                                     ? "more than 5 % of its room's surface is open"
-                                     : "it is in no room"));
-            return true;
-        });
-        if (sources.empty()) return;
-        if (removed > 0) try_all();
+    for (const Source& source : scene.sources) {
+        const std::array<Vec3, 1> place{source.position_at(0)};
+        if (stop.stop_requested()) return;
+        if (room_at(place[0]) != nullptr) continue;
+        auto room = RoomWaves::find(rays, place, speed_of_sound_m_s_, limits, pool,
+                                    before != nullptr ? before->room_at(place[0]) : nullptr, stop);
+        if (room) {
+            rooms_.push_back(std::move(*room));
+            continue;
+        }
+        const RoomFault fault = RoomWaves::fault(rays, place, limits);
+        warnings_.push_back(
+            "waves: none of source \"" + source.name + "\", because " +
+            (fault == RoomFault::open ? "more than 5 % of its room's surface is open"
+             : fault == RoomFault::no_air
+                 ? "it is in no room"
+                 : formatted("the modes that can be computed end below %.0f Hz", lowest_hz)));
     }
-    if (!waves_ || waves_->highest_hz() < double{Simulation::kLowestWaves_hz}) {
-        waves_.reset();
-        warnings_.emplace_back(
-            "waves: none, because the room is too flat or too large for the grid of its modes");
-        return;
-    }
-    masks_.crossover_hz = kUsedShare * waves_->highest_hz() / std::numbers::sqrt2;
 }
 
-std::optional<PairWaves> WaveJoin::pair(const Source& source, const Vec3& receiver,
+WaveMasks WaveJoin::masks(const RoomWaves& room) {
+    return {kUsedShare * room.highest_hz() / std::numbers::sqrt2};
+}
+
+const RoomWaves* WaveJoin::room_at(const Vec3& place) const {
+    const auto room = std::find_if(rooms_.begin(), rooms_.end(), [&](const RoomWaves& waves) {
+        return waves.grid().cell_at(place).has_value();
+    });
+    return room == rooms_.end() ? nullptr : &*room;
+}
+
+std::optional<PairWaves> WaveJoin::pair(const Vec3& source, const Vec3& receiver,
                                         const EnergyResponse& rays) const {
-    if (!waves_ || !source.directivity.is_omnidirectional()) return {};
-    const std::optional<WaveResponse> response = waves_->response(source.position_at(0), receiver);
+    const RoomWaves* const room = room_at(source);
+    if (room == nullptr) return {};
+    const std::optional<WaveResponse> response = room->response(source, receiver);
     if (!response) return {};
-    const bool has_direct =
-        std::any_of(rays.paths.begin(), rays.paths.end(),
-                    [](const SoundPath& path) { return path.kind == SoundPath::Kind::direct; });
-    return PairWaves(*response, has_direct, masks_, speed_of_sound_m_s_);
+    const auto path_of = [&](SoundPath::Kind kind) -> std::optional<SoundPath> {
+        const auto path = std::find_if(rays.paths.begin(), rays.paths.end(),
+                                       [&](const SoundPath& p) { return p.kind == kind; });
+        return path == rays.paths.end() ? std::nullopt : std::optional(*path);
+    };
+    PairWaves pair(*response, path_of(SoundPath::Kind::direct), masks(*room), speed_of_sound_m_s_);
+    // Modes know no transmission.
+    if (!pair.direct() && path_of(SoundPath::Kind::through_walls) && pair.is_outweighed(rays))
+        return {};
+    return pair;
 }
 
 }  // namespace aula

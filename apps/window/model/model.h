@@ -26,6 +26,7 @@
 #include "apps/window/model/window_options.h"
 #include "apps/window/view/first_person.h"
 #include "apps/window/view/level_walk.h"
+#include "apps/window/view/standing_waves.h"
 #include "aula/engine/material_library.h"
 #include "aula/measurement.h"
 
@@ -130,6 +131,13 @@ class Model {
     /// False after changes of materials, settings or source positions.
     bool map_is_current() const;
 
+    // The modes of the room at a height, found in the background: of the scene as it plays, at
+    // time 0.
+    void start_standing_waves(double height_m);
+    bool finds_standing_waves() const;
+    /// The newest ones; null: none of this geometry.
+    std::shared_ptr<const StandingWaves> standing_waves() const { return waves_; }
+
     // Files. Long operations run in the background; meanwhile the present scene plays.
     /// Opens a scene or a model. Any other file is a sound, which the selected source plays.
     void take_file(const std::filesystem::path& file);
@@ -230,7 +238,9 @@ class Model {
     std::shared_ptr<const MappedRoom> map_;
     std::optional<PlayedSetting> map_setting_;
     EditedScene::SourcePositions map_positions_;
-    std::uint64_t map_version_ = 0;      ///< of the geometry
+    std::uint64_t map_version_ = 0;  ///< of the geometry
+    std::shared_ptr<const StandingWaves> waves_;
+    std::uint64_t waves_version_ = 0;    ///< of the geometry
     std::filesystem::path wanted_file_;  ///< last file to open, including failures
     std::uint64_t opens_ = 0;            ///< number of files opened; only the newest is shown
     std::uint64_t edits_ = 0;            ///< number of reloads of the shown scene

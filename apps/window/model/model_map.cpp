@@ -7,6 +7,12 @@
 
 namespace aula {
 
+namespace {
+
+constexpr const char* kFindingModes = "finding modes";
+
+}  // namespace
+
 void Model::start_map(double height_m, double spacing_m) {
     if (map_job_.runs() || !may_change()) return;
     auto progress = std::make_shared<MapProgress>();
@@ -46,8 +52,28 @@ bool Model::map_is_current() const {
     return map_setting_ == wanted_setting() && map_positions_ == source_positions();
 }
 
-/// Drops a map of another geometry or other sources.
+void Model::start_standing_waves(double height_m) {
+    if (finds_standing_waves() || !may_change()) return;
+    jobs_.start(kFindingModes,
+                [this, height_m, version = geometry_version(), bounds = bounds(),
+                 played = played_scene(scene(), controls_,
+                                       setting().simulation)]() -> BackgroundJobs::LastPart {
+                    lower_priority(kPropagationNice + 5);
+                    auto waves = std::make_shared<const StandingWaves>(played, bounds, height_m);
+                    return [this, waves, version] {
+                        if (version != geometry_version()) return;
+                        waves_ = waves;
+                        waves_version_ = version;
+                        for (const std::string& line : waves->warnings()) log_.say(line, true);
+                    };
+                });
+}
+
+bool Model::finds_standing_waves() const { return jobs_.runs(kFindingModes); }
+
+/// Drops a map of another geometry or other sources, and the modes of another geometry.
 void Model::drop_old_map() {
+    if (waves_version_ != geometry_version()) waves_.reset();
     if (!map_ || (map_version_ == geometry_version() &&
                   map_->measurement.sources.size() == scene().sources.size()))
         return;

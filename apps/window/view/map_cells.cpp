@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <glm/common.hpp>
+#include <utility>
 
 namespace aula {
 
@@ -23,6 +24,9 @@ MapCells::MapCells(const ReceiverGrid& grid, const Measurement& measurement, con
     }
     scale_ = value_scale(values, parameter_text(choice.parameter));
 }
+
+MapCells::MapCells(std::vector<Cell> cells, const ValueScale& scale, float height_m)
+    : cells_(std::move(cells)), scale_(scale), height_m_(height_m) {}
 
 Colour MapCells::colour(const Cell& cell) const {
     return cell.value ? scale_.colour(*cell.value) : kNoValueColour;

@@ -26,6 +26,10 @@ class MapCells {
     MapCells(const ReceiverGrid& grid, const Measurement& measurement, const Bounds& bounds,
              const MapChoice& choice);
 
+    struct Cell;
+    /// Of any values in a horizontal plane.
+    MapCells(std::vector<Cell> cells, const ValueScale& scale, float height_m);
+
     /// A cell of the map in the plane of the receivers.
     struct Cell {
         glm::vec2 low{0};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 
 namespace aula::test {
@@ -85,41 +84,41 @@ double worst_error(const Signals& outputs, const ExactSignals& expected) {
 }
 
 ExchangePlan::ExchangePlan(const std::vector<PartitionLevel>& levels, std::size_t fade_samples,
-                           const std::vector<std::size_t>& exchanges) {
-    for (std::size_t l = 0; l < levels.size(); ++l) {
-        const PartitionLevel& level = levels[l];
-        std::vector<Fade> fades{{0, 0, 0, 0}};
-        if (level.first_tap == 0) {
-            for (std::size_t k = 1; k < exchanges.size(); ++k) {
-                fades.push_back({exchanges[k], fade_samples, k - 1, k});
-            }
-        } else {
-            const std::size_t last = exchanges.back() + fade_samples + level.size;
-            const std::size_t first = level.size - (levels[0].size << (l - 1));
-            std::size_t newest = 0;
-            for (std::size_t start = first; start <= last; start += level.size) {
-                const std::size_t before = newest;
-                while (newest + 1 < exchanges.size() &&
-                       exchanges[newest + 1] + fade_samples <= start)
-                    ++newest;
-                if (newest == before) continue;
-                fades.push_back({start + level.size, level.size, before, newest});
-            }
-        }
-        fades_.push_back(fades);
-    }
+                           const std::vector<std::size_t>& exchanges)
+    : levels_(levels), fade_samples_(fade_samples), exchanges_(exchanges) {}
+
+namespace {
+
+/// The weight at a sample of a fade: a line whose corners are parabolas over a fiftieth of it.
+double faded(std::size_t at, std::size_t samples) {
+    if (at >= samples) return 1;
+    const double x = (static_cast<double>(at) + 0.5) / static_cast<double>(samples);
+    const double near = std::min(x, 1 - x);
+    const double part = (near < 0.02 ? near * near / 0.04 : near - 0.01) / 0.98;
+    return x < 0.5 ? part : 1 - part;
+}
+
+}  // namespace
+
+double ExchangePlan::head_weight(std::size_t filter, std::size_t sample) const {
+    std::size_t newest = 0;
+    while (newest + 1 < exchanges_.size() && exchanges_[newest + 1] <= sample) ++newest;
+    const double w = newest == 0 ? 1 : faded(sample - exchanges_[newest], fade_samples_);
+    return (filter == newest ? w : 0) + (filter + 1 == newest ? 1 - w : 0);
 }
 
 double ExchangePlan::weight(std::size_t level, std::size_t filter, std::size_t sample) const {
-    const auto fade = std::find_if(fades_[level].rbegin(), fades_[level].rend(),
-                                   [&](const Fade& f) { return f.start <= sample; });
-    double w = 1;
-    if (sample < fade->start + fade->samples) {
-        const double position =
-            (static_cast<double>(sample - fade->start) + 0.5) / static_cast<double>(fade->samples);
-        w = 0.5 - 0.5 * std::cos(std::numbers::pi * position);
-    }
-    return (filter == fade->to ? w : 0) + (filter == fade->from ? 1 - w : 0);
+    if (levels_[level].first_tap == 0) return head_weight(filter, sample);
+    const std::size_t size = levels_[level].size;
+    const std::size_t lead = levels_[0].size << (level - 1);
+    // The start of the present segment, and of those before it, in which the output was computed.
+    const std::size_t segment = (sample + lead) / size;
+    const auto taken = [&](std::size_t before) {
+        if (segment <= before) return filter == 0 ? 1.0 : 0.0;
+        return head_weight(filter, (segment - before) * size - lead);
+    };
+    const double w = faded(sample + lead - segment * size, size);
+    return (1 - w) * taken(2) + w * taken(1);
 }
 
 }  // namespace aula::test

@@ -31,8 +31,8 @@ void run(Convolver& convolver, const Signals& inputs, Signals& outputs, std::siz
 double worst_error(const Signals& outputs, const ExactSignals& expected);
 
 /// The expected weight of each filter in the output of each level when filters are exchanged. The
-/// head fades from the exchange on. At the start of a segment a tail takes the newest filter to
-/// which the head has faded completely, and fades over the next segment. The segments of level l
+/// head fades from the exchange on. At the start of a segment a tail takes the weights of the head;
+/// in the next segment it goes to them from those that it took before. The segments of level l
 /// start 2^(l - 1) head partitions before the multiples of their size.
 class ExchangePlan {
  public:
@@ -43,13 +43,11 @@ class ExchangePlan {
     double weight(std::size_t level, std::size_t filter, std::size_t sample) const;
 
  private:
-    struct Fade {
-        std::size_t start;
-        std::size_t samples;
-        std::size_t from;
-        std::size_t to;
-    };
-    std::vector<std::vector<Fade>> fades_;  // [level]
+    double head_weight(std::size_t filter, std::size_t sample) const;
+
+    std::vector<PartitionLevel> levels_;
+    std::size_t fade_samples_;
+    std::vector<std::size_t> exchanges_;
 };
 
 }  // namespace aula::test

@@ -1,7 +1,9 @@
 #include "audio/dsp/fade.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <vector>
 
 using namespace aula;
@@ -27,6 +29,20 @@ TEST_CASE("Fade-in and fade-out weights sum to one in any blocks") {
         if (i > 0) CHECK(in[i] >= in[i - 1]);
         if (i >= kFade) CHECK(in[i] == 1);
     }
+}
+
+TEST_CASE("Fades on rounded lines in sequence keep what rises steadily on a line") {
+    const std::vector<float> weights = rounded_line(1600);
+    for (std::size_t n = 0; n < 1600; ++n) {
+        CHECK(double{weights[n] + weights[1599 - n]} == Approx(1).margin(1e-6));
+        // The line of a staircase of such fades, and its corners.
+        const double line = (static_cast<double>(n) + 0.5) / 1600;
+        CHECK(double{weights[n]} == Approx(line).margin(0.0101));
+        // Companion: a raised cosine is off the line by a tenth.
+        if (n == 300) CHECK(std::abs(double{raised_cosine(1600)[n]} - line) > 0.09);
+    }
+    CHECK(weights[0] < 1e-4F);
+    CHECK(std::is_sorted(weights.begin(), weights.end()));
 }
 
 TEST_CASE("All channels fade in with the same weights in any blocks") {

@@ -1,7 +1,9 @@
 #include "audio/render/render_frame.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -26,19 +28,54 @@ SourceSound eleven_reflections(float last_gain) {
 
 }  // namespace
 
-TEST_CASE("A crossfade ends before the next frame unless frames are shorter than it") {
-    for (const double frame_rate_hz : {10.0, 30.0, 50.0, 60.0, 100.0}) {
-        for (const int block : {64, 256, 1024}) {
-            RendererConfig config = config_for(OutputFormat::mono);
-            config.frame_s = 1 / frame_rate_hz;
-            config.block = block;
-            const RenderShape shape(config, nullptr);
-            const double left = kRate_hz / frame_rate_hz - block;
-            CAPTURE(frame_rate_hz, block);
-            // A frame is at most a block late. A fade has 512 to 1024 samples at 48 kHz.
-            CHECK(static_cast<double>(shape.fade_samples) ==
-                  Approx(std::clamp(left, 512.0, 1024.0)));
+TEST_CASE("Frames have 30 steps a second, at most four each, and fades last from step to step") {
+    for (const auto& [frame_rate_hz, steps] :
+         {std::pair(1.0, 4.0), {10.0, 3.0}, {29.0, 2.0}, {30.0, 1.0}, {60.0, 1.0}, {100.0, 1.0}}) {
+        RendererConfig config = config_for(OutputFormat::mono);
+        config.frame_s = 1 / frame_rate_hz;
+        CAPTURE(frame_rate_hz);
+        CHECK(static_cast<double>(frame_steps(config)) == steps);
+        // A shorter fade than 512 samples would be audible.
+        CHECK(static_cast<double>(RenderShape(config, nullptr).fade_samples) ==
+              std::max(512.0, std::floor(kRate_hz / frame_rate_hz / steps)));
+    }
+}
+
+TEST_CASE("The steps of a frame follow each other, and the first frame has its last one at once") {
+    // The output of a constant is the level of the response.
+    RendererConfig config = config_for(OutputFormat::mono);
+    config.frame_s = 0.1;
+    RenderFrameBuilder builder(config, nullptr);
+    Renderer renderer(config, nullptr);
+    const auto publish = [&](const std::array<float, 3>& levels) {
+        std::unique_ptr<RenderFrame> frame = builder.make_frame();
+        for (std::size_t step = 0; step < 3; ++step) {
+            const Signals late{Signal{levels[step]}};
+            builder.prepare(0, sound_of(late), 1, *frame, step);
         }
+        renderer.mailbox().publish(std::move(frame));
+    };
+    const Signal input(256, 1.0F);
+    Signal heard;
+    const auto play_until = [&](std::size_t end) {
+        while (heard.size() < end) {
+            Signal block(256);
+            const float* const in = input.data();
+            float* const out = block.data();
+            renderer.render({&in, 1}, kNoRotation, {&out, 1}, 256);
+            heard.insert(heard.end(), block.begin(), block.end());
+        }
+    };
+    publish({1, 2, 3});
+    play_until(4864);
+    CHECK(heard[4000] == Approx(3).margin(1e-4));
+    publish({6, 7, 5});
+    play_until(12000);
+    // The frame takes effect at 4864, its steps 1600 samples apart.
+    for (const auto& [at, level] :
+         {std::pair(4864, 3.0), {5664, 4.5}, {6464, 6.0}, {8064, 7.0}, {9664, 5.0}, {11999, 5.0}}) {
+        CAPTURE(at);
+        CHECK(heard[static_cast<std::size_t>(at)] == Approx(level).margin(0.01));
     }
 }
 

@@ -249,10 +249,9 @@ TEST_CASE("Without low elevations the ears of a dummy head below hear as with th
     }
     const HeadMeasurements head = read_sofa(file);
     for (const double lowest_deg : {-41.0, -31.0, -1.0}) {
-        const GapErrors errors =
-            gap_errors(Hrtf(head, kSphereRate_hz),
-                       Hrtf(part_of(head, [&](double e) { return e > lowest_deg; }), kSphereRate_hz),
-                       -1);
+        const GapErrors errors = gap_errors(
+            Hrtf(head, kSphereRate_hz),
+            Hrtf(part_of(head, [&](double e) { return e > lowest_deg; }), kSphereRate_hz), -1);
         CAPTURE(lowest_deg, errors.itd_us, errors.level_db);
         CHECK(errors.itd_us < kGapItd_us);
         CHECK(errors.level_db < kGapLevel_db);

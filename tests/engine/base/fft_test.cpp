@@ -42,6 +42,31 @@ TEST_CASE("the transform is the sum over the signal, and its inverse returns the
     }
 }
 
+TEST_CASE("signals that are transformed together have the results that they have alone") {
+    constexpr std::size_t kSize = 60;
+    for (const std::size_t signals : {2U, 3U, 5U}) {
+        CAPTURE(signals);
+        aula::RandomStream random(signals);
+        std::vector<float> real(kSize * signals), imaginary(kSize * signals);
+        for (float& x : real) x = random.uniform() - 0.5F;
+        for (float& x : imaginary) x = random.uniform() - 0.5F;
+        std::vector<float> all_real = real, all_imaginary = imaginary;
+        Fft(kSize).forward(all_real, all_imaginary);
+        for (std::size_t i = 0; i < signals; ++i) {
+            std::vector<float> a(kSize), b(kSize);
+            for (std::size_t n = 0; n < kSize; ++n) {
+                a[n] = real[n * signals + i];
+                b[n] = imaginary[n * signals + i];
+            }
+            Fft(kSize).forward(a, b);
+            for (std::size_t k = 0; k < kSize; ++k) {
+                CHECK(all_real[k * signals + i] == a[k]);
+                CHECK(all_imaginary[k * signals + i] == b[k]);
+            }
+        }
+    }
+}
+
 TEST_CASE("fast sizes are multiples without prime factors above 5") {
     CHECK(Fft::fast_size(384000, 16) == 384000);
     CHECK(Fft::fast_size(64008, 2) == 64800);

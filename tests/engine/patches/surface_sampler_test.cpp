@@ -91,7 +91,7 @@ TEST_CASE("samples follow area, not triangles, and small parts share one by area
     // The companion: the parts are many more.
     std::size_t parts = 0;
     for (std::uint32_t t = 0; t < fine.rays.triangle_count(); ++t) {
-        fine.sampler.for_each_patch(t, [&](std::uint32_t) { ++parts; });
+        fine.sampler.for_each_patch(t, [&](std::uint32_t, const Vec3&, float) { ++parts; });
     }
     CHECK(parts > 20 * many.size());
     // Only patches that are wanted have samples.

@@ -207,7 +207,8 @@ TEST_CASE("a response whose first arrival is faint and long before the others ha
     EnergyResponse r = example(2.0, 0, 1, 0.01);
     const auto late = r.energy;
     const auto shift = static_cast<std::size_t>(200);
-    for (std::size_t i = r.bins.count(); i-- > 0;) r.energy[i] = i < shift ? Bands{} : late[i - shift];
+    for (std::size_t i = r.bins.count(); i-- > 0;)
+        r.energy[i] = i < shift ? Bands{} : late[i - shift];
     r.energy[0] = Bands::filled(1e-6F);
     const BandParameters p = aula::room_parameters(r)[0];
     CHECK_FALSE(p.edt_s);

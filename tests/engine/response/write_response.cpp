@@ -11,8 +11,8 @@ int main(int, char** argv) {
     aula::Propagation propagation(scene, scene.simulation);
     propagation.step(
         {.sources = {scene.sources[0].position}, .listeners = {scene.listener.pose.position}});
-    aula::ImpulseResponseBuilder builder(aula::make_noise_carriers(48000, 1),
-                                         scene.medium, propagation.response_length_s(), "source");
+    aula::ImpulseResponseBuilder builder(aula::make_noise_carriers(48000, 1), scene.medium,
+                                         propagation.response_length_s(), "source");
     aula::ImpulseResponse response;
     builder.build(propagation.response(0), response);
     std::ofstream out(argv[2], std::ios::binary);

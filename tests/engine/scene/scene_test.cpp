@@ -107,7 +107,8 @@ TEST_CASE("world vertices are rotated about the local origin, then moved by path
 }
 
 TEST_CASE(
-    "the bounds of geometry contain its vertices at every point of their paths, and those of boxes are "
+    "the bounds of geometry contain its vertices at every point of their paths, and those of boxes "
+    "are "
     "exact") {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> coordinate(-3, 3);

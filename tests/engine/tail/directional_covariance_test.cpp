@@ -155,7 +155,7 @@ TEST_CASE("the covariance of the first-order channels with W is the mean directi
     CHECK(c[4][4] + c[5][5] + c[6][6] + c[7][7] + c[8][8] == Approx(1).margin(1e-6));
 }
 
-TEST_CASE("the channels of a lower order are the first channels of a higher order") {
+TEST_CASE("the channels of orders with the same plane waves are the same") {
     EnergyResponse r = EnergyResponse::silent(TimeBins(0.3));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
         r.energy[i] = Bands::filled(1);
@@ -166,14 +166,15 @@ TEST_CASE("the channels of a lower order are the first channels of a higher orde
     for (int order = 0; order <= 3; ++order)
         ImpulseResponseBuilder(carriers, Medium{}, 0.3, "source", order)
             .build(r, responses[static_cast<std::size_t>(order)]);
-    for (std::size_t order = 0; order < 3; ++order) {
+    for (const std::size_t order : {0U, 2U}) {
         const auto& low = responses[order].channels;
+        const auto& high = responses[order + 1].channels;
         REQUIRE(low.size() == (order + 1) * (order + 1));
         for (std::size_t c = 0; c < low.size(); ++c) {
             double worst = 0;
             double loudest = 0;
             for (std::size_t n = 0; n < low[c].size(); ++n) {
-                worst = std::max(worst, double{std::abs(low[c][n] - responses[3].channels[c][n])});
+                worst = std::max(worst, double{std::abs(low[c][n] - high[c][n])});
                 loudest = std::max(loudest, double{std::abs(low[c][n])});
             }
             CHECK(worst < 1e-5 * loudest);  // rounding

@@ -146,7 +146,8 @@ TEST_CASE("tails of sources of the same energy are uncorrelated and add by 3 dB"
                       0.05 * std::sqrt(energy_of(one) * energy_of(other)));
                 std::vector<float> both(one.size());
                 for (std::size_t n = 0; n < one.size(); ++n) both[n] = one[n] + other[n];
-                CHECK(db(energy_of(both) / energy_of(one)) == Approx(db(2)).margin(0.21));
+                // The plane waves of low octaves have fewer degrees of freedom: 0.06 dB; 4 of them.
+                CHECK(db(energy_of(both) / energy_of(one)) == Approx(db(2)).margin(0.25));
             }
         }
     }

@@ -139,14 +139,14 @@ TEST_CASE("neighbouring carriers do not interfere") {
     CHECK(power == Approx(wanted).epsilon(0.02));  // levelling
 }
 
-TEST_CASE("levelling makes the power constant over eight independent samples, not over four") {
-    // At 1 kHz. A mean over V of the power has a variance of S / V, S the spectral density of the
+TEST_CASE("levelling makes the power constant over 64 independent samples, not over 32") {
+    // At 8 kHz. A mean over V of the power has a variance of S / V, S the spectral density of the
     // power at low frequencies. Levelling over W subtracts the mean over W: for V = W / 2 the
     // variance becomes S / V (1 - 2 V / W + 5 / 6 V / W) = 5 / 12 S / V, for V = W S / V / 6.
-    constexpr std::size_t kCarrier = 13;
+    constexpr std::size_t kCarrier = 22;
     const std::vector<double> samples = samples_of(carriers(), kCarrier, kPeriod_samples);
     const double power{carriers().power()[kCarrier]};
-    const auto window = static_cast<std::size_t>(2 * 4 / power) / carriers().decimation();
+    const auto window = static_cast<std::size_t>(2 * 32 / power);
     // The relative variance of means over that window.
     const std::size_t count = samples.size() / window;
     double sum = 0;
@@ -161,9 +161,9 @@ TEST_CASE("levelling makes the power constant over eight independent samples, no
     const double levelled = static_cast<double>(count) * squares / (sum * sum) - 1;
     // Gaussian noise of bandwidth B has the variance 1 / (B V). With the crossovers, B is the
     // power over the mean of its square: 2 * 3 / 8.
-    const double natural = 0.75 / 4;
+    const double natural = 0.75 / 32;
     CAPTURE(levelled, natural);
-    // The standard error of the variance is 6 %. The bounds are the geometric means of 5 / 12 and
+    // The standard error of the variance is 7 %. The bounds are the geometric means of 5 / 12 and
     // its neighbours: 1 / 6 if the window were half as long, 1 without levelling.
     CHECK(levelled / natural > std::sqrt(5.0 / 12 / 6));
     CHECK(levelled / natural < std::sqrt(5.0 / 12));
@@ -175,10 +175,11 @@ TEST_CASE("carriers of a noise that begins later in its period begin as much lat
     std::vector<float> noise(8192);
     aula::RandomStream random(5);
     for (float& x : noise) x = random.uniform() - 0.5F;
-    const NoiseCarriers first(kRate_hz, noise);
+    const aula::CarrierFilters filters(kRate_hz, noise.size());
+    const NoiseCarriers first(filters, noise);
     const std::size_t later = noise.size() / 2;
     std::rotate(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(later), noise.end());
-    const NoiseCarriers second(kRate_hz, noise);
+    const NoiseCarriers second(filters, noise);
     for (std::size_t k = 0; k < NoiseCarriers::kCount; ++k) {
         if (first.power()[k] == 0) continue;
         CHECK(second.step()[k] == Approx(first.step()[k]).epsilon(1e-3));
@@ -193,19 +194,21 @@ TEST_CASE("carriers of a noise that begins later in its period begin as much lat
     }
 }
 
-TEST_CASE("the offset of a source depends on its name and the seed only") {
+TEST_CASE("the offset of a source depends on its name, the room and the seed only") {
     const NoiseCarriers again(48000, 1);
     const NoiseCarriers other(48000, 2);
-    CHECK(carriers().offset("violin", 0) == again.offset("violin", 0));
-    CHECK(carriers().offset("violin", 0) != carriers().offset("viola", 0));
-    CHECK(carriers().offset("violin", 0) != other.offset("violin", 0));
-    CHECK(carriers().offset("", 0) < kPeriod_samples);
+    CHECK(carriers().offset(7, "violin", 0) == again.offset(7, "violin", 0));
+    CHECK(carriers().offset(7, "violin", 0) != carriers().offset(7, "viola", 0));
+    CHECK(carriers().offset(7, "violin", 0) != other.offset(7, "violin", 0));
+    CHECK(carriers().offset(7, "violin", 0) != carriers().offset(8, "violin", 0));
+    CHECK(carriers().waves_seed(7, "violin") != carriers().waves_seed(8, "violin"));
+    CHECK(carriers().offset(7, "", 0) < kPeriod_samples);
 }
 
 TEST_CASE("the channels of a source are at least half a second apart") {
     std::vector<std::size_t> offsets;
     for (std::size_t c = 0; c < NoiseCarriers::kMaxChannels; ++c) {
-        offsets.push_back(carriers().offset("violin", c));
+        offsets.push_back(carriers().offset(7, "violin", c));
         for (std::size_t d = 0; d < c; ++d) {
             const std::size_t apart = (offsets[c] + kPeriod_samples - offsets[d]) % kPeriod_samples;
             CHECK(std::min(apart, kPeriod_samples - apart) >= 24000);

@@ -67,7 +67,7 @@ RoomWaves waves_of(const Scene& scene, const Vec3& place, double modes, double c
 /// The pressure with the direct sound.
 Complex pressure(const WaveResponse& response, double wave_number) {
     return response.reverberant(wave_number)[0] +
-           direct_field(double{glm::length(response.from_source)}, wave_number)[0];
+           direct_field(double{glm::length(response.from_source)}, {0, wave_number})[0];
 }
 
 test::DampedBox damped_box(const Vec3& size, const std::array<float, 6>& absorption) {
@@ -128,7 +128,8 @@ TEST_CASE("wave_response: octaves and responses of boxes are those of the exact 
                                Case{"absorbing wall", {5, 4, 3}, {.9F, .1F, .1F, .1F, .1F, .1F}},
                                Case{"low room", {6, 4.5F, 2.5F}, {.3F, .3F, .3F, .3F, .3F, .3F}});
     CAPTURE(room.name);
-    const RoomWaves waves = waves_of(box_scene(room.size, room.absorption), room.size * 0.3F, 220);
+    const RoomWaves waves =
+        waves_of(box_scene(room.size, room.absorption), room.size * 0.3F, WaveLimits{}.modes);
     const Vec3 source = room.size * Vec3(.24F, .275F, .5F);
     const std::vector<Vec3> receivers = places_in(room.size, source, 20);
     std::vector<double> hz;
@@ -159,10 +160,8 @@ TEST_CASE("wave_response: octaves and responses of boxes are those of the exact 
         CHECK(std::abs(db(sum[1] / exact[1])) < 1);
         correlations.push_back(correlation(levels, exact_levels));
     }
-    // At one place of the 100, near the centre of the bathroom, it is 0.96.
     std::sort(correlations.begin(), correlations.end());
-    CHECK(correlations[0] > 0.95);
-    CHECK(correlations[1] > 0.97);
+    CHECK(correlations[0] > 0.97);
     CHECK(correlations[10] > 0.99);
 }
 
@@ -237,12 +236,13 @@ TEST_CASE("wave_response: each octave is that of a room with its coefficients at
     const std::vector<Vec3> receivers = places_in(size, source, 8);
     Scene scene = test::grey_room(test::box(size), 0, 0, source, receivers[0]);
     scene.materials[0].absorption = absorption;
-    const RoomWaves all = waves_of(scene, source, 160);
+    const RoomWaves all = waves_of(scene, source, 260);
     for (std::size_t band = 0; band < 3; ++band) {
         scene.materials[0].absorption = Bands::filled(absorption[band]);
-        const RoomWaves own = waves_of(scene, source, 160);
+        const RoomWaves own = waves_of(scene, source, 260);
         const double octave_hz{kBandCentres_hz[band]};
-        const double end_hz = std::min(octave_hz * std::numbers::sqrt2, own.highest_hz());
+        const double end_hz =
+            std::min(octave_hz * std::numbers::sqrt2, (1 - kModeTaper) * own.highest_hz());
         for (const Vec3& receiver : receivers) {
             const WaveResponse a = all.response(source, receiver).value();
             const WaveResponse b = own.response(source, receiver).value();
@@ -342,7 +342,11 @@ TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer gri
     Object room;
     Vec3 source(0);
     std::vector<Vec3> receivers;
+    double modes = 110;
+    std::vector<double> octaves{63, 125};
     SECTION("corridor") {
+        modes = 240;
+        octaves.push_back(250);
         room = test::l_shaped_room();
         for (Vec3& v : room.vertices) v *= Vec3(0.67F, 0.67F, 0.87F);  // 2 m wide
         source = {3.4F, 0.8F, 1.3F};
@@ -367,13 +371,14 @@ TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer gri
         receivers = {{4.9F, 0.9F, 1.2F}, {4.1F, 2.9F, 1.7F}, {5.5F, 2.5F, 0.9F}};
     }
     const Scene scene = test::grey_room(room, 0.1F, 0.1F, source, receivers[0]);
-    const RoomWaves coarse = waves_of(scene, source, 110);
-    const RoomWaves fine = waves_of(scene, source, 110, 2.2);
-    CHECK(fine.grid().cells().cells() > 8 * coarse.grid().cells().cells());
+    const RoomWaves coarse = waves_of(scene, source, modes);
+    const RoomWaves fine = waves_of(scene, source, modes, 1.8);
+    CHECK(fine.grid().cells().cells() > 4 * coarse.grid().cells().cells());
+    REQUIRE(fine.highest_hz() > octaves.back() * std::numbers::sqrt2);
     for (const Vec3& receiver : receivers) {
         const WaveResponse a = coarse.response(source, receiver).value();
         const WaveResponse b = fine.response(source, receiver).value();
-        for (const double octave : {63.0, 125.0}) {
+        for (const double octave : octaves) {
             double sum = 0;
             double finer = 0;
             for (double hz = octave / std::sqrt(2.0); hz < octave * std::sqrt(2.0); hz += 0.5) {
@@ -381,7 +386,7 @@ TEST_CASE("wave_response: an L-shaped corridor and a door agree with a finer gri
                 finer += std::norm(pressure(b, wave_number_of(hz)));
             }
             CAPTURE(octave);
-            CHECK(std::abs(db(sum / finer)) < 1.5);
+            CHECK(std::abs(db(sum / finer)) < 0.5);
         }
     }
 }
@@ -409,6 +414,52 @@ TEST_CASE("room_waves: a thin wall separates the air on its two sides") {
             CHECK_FALSE(waves.response(source, {wall_x + 0.02F, y, 1.4F}));
         }
     }
+}
+
+TEST_CASE("room_waves: after a small change a search is short and finds the same modes") {
+    const Vec3 source(1, 1.2F, 1.5F);
+    const auto rooms_with_door = [&](float open_m) {
+        Object rooms = test::box({5, 4, 3});
+        const auto first = static_cast<std::uint32_t>(rooms.vertices.size());
+        for (const Vec3 v :
+             {Vec3(2.4F, open_m, 0), Vec3(2.4F, 4, 0), Vec3(2.4F, 4, 3), Vec3(2.4F, open_m, 3)})
+            rooms.vertices.push_back(v);
+        rooms.triangles.push_back({first, first + 1, first + 2});
+        rooms.triangles.push_back({first, first + 2, first + 3});
+        rooms.triangle_materials.insert(rooms.triangle_materials.end(), 2, 0);
+        return std::make_shared<const RayScene>(
+            test::grey_room(rooms, 0.1F, 0.1F, source, Vec3(2)));
+    };
+    WorkerPool pool(1);
+    const std::vector<Vec3> places{source};
+    const WaveLimits limits{.modes = 100, .highest_hz = 1e4, .schroeder = 1e4};
+    const auto wide = RoomWaves::find(rooms_with_door(1.1F), places, kSpeed_m_s, limits, pool);
+    // The last one is shut.
+    for (const float open_m : {0.8F, 0.3F, 0.0F}) {
+        CAPTURE(open_m);
+        const auto narrow = rooms_with_door(open_m);
+        const auto cold = RoomWaves::find(narrow, places, kSpeed_m_s, limits, pool);
+        const auto warm = RoomWaves::find(narrow, places, kSpeed_m_s, limits, pool, &wide.value());
+        if (open_m > 0.5F) CHECK(warm->modes().passes < cold->modes().passes);
+        REQUIRE(warm->modes().count() == cold->modes().count());
+        double change = 0;
+        for (std::size_t m = 1; m < cold->modes().count(); ++m) {
+            const double k2 = cold->modes().wave_number2[m];
+            CHECK(warm->modes().wave_number2[m] == Approx(k2).epsilon(2e-3));
+            if (m < wide->modes().count())
+                change = std::max(change, std::abs(wide->modes().wave_number2[m] / k2 - 1));
+        }
+        CHECK(change > 0.1);
+    }
+}
+
+TEST_CASE("room_waves: a body of a single cell has no modes") {
+    const Vec3 size(0.05F);
+    const Scene scene = test::grey_room(test::box(size), 0.1F, 0.1F, size * 0.3F, size * 0.6F);
+    WorkerPool pool(1);
+    const std::vector<Vec3> places{size * 0.3F};
+    CHECK_FALSE(
+        RoomWaves::find(std::make_shared<const RayScene>(scene), places, kSpeed_m_s, {}, pool));
 }
 
 TEST_CASE("room_waves: limits lower the highest frequency, an open room has no modes") {
@@ -453,8 +504,11 @@ TEST_CASE("wave_response: the direct sound beyond a wave number") {
     const double k = 2;
     double sum = 0;
     constexpr double kStep = 1e-3;
-    for (double at = 4.5 + kStep / 2; at < 200; at += kStep) {
-        sum += 2 / (std::numbers::pi * r) * at * std::sin(at * r) / (at * at - k * k) * kStep;
+    const double taper = kModeTaper * 4.5;
+    for (double at = 4.5 - taper + kStep / 2; at < 200; at += kStep) {
+        const double share = std::min((at - 4.5 + taper) / taper, 1.0);
+        sum +=
+            share * 2 / (std::numbers::pi * r) * at * std::sin(at * r) / (at * at - k * k) * kStep;
     }
     sum += 2 / (std::numbers::pi * r) * std::cos(200 * r) / (200 * r);
     const auto [value, slope] = direct_field_beyond(r, k, 4.5);
@@ -463,6 +517,60 @@ TEST_CASE("wave_response: the direct sound beyond a wave number") {
                            direct_field_beyond(r - 1e-4, k, 4.5)[0]) /
                           2e-4)
                        .margin(1e-4));
+}
+
+TEST_CASE("wave_response: spectra are the field at each wave number") {
+    RandomStream random(3);
+    WaveResponse response;
+    const double edge = wave_number_of(88);
+    for (const auto& [begin, end] : {std::pair(0.0, edge), std::pair(edge, double{INFINITY})}) {
+        WaveResponse::Octaves& octaves = response.octaves.emplace_back();
+        octaves.begin = begin;
+        octaves.end = end;
+        for (int i = 0; i < 50; ++i) {
+            // One real pole.
+            const double wave_number = i == 0 ? 0 : 4 * double{random.uniform()};
+            octaves.poles.emplace_back(-0.005 - 0.02 * double{random.uniform()}, wave_number);
+            WaveField& residue = octaves.residues.emplace_back();
+            for (Complex& c : residue)
+                c = {double{random.uniform()} - 0.5, i == 0 ? 0 : double{random.uniform()} - 0.5};
+        }
+    }
+    const double step = wave_number_of(0.3);
+    constexpr std::size_t kCount = 700;
+    const WaveSpectra spectra = response.modal(step, kCount, 0);
+    double error = 0;
+    double power = 0;
+    for (std::size_t k = 1; k < kCount; ++k) {
+        const WaveField field = response.modal(static_cast<double>(k) * step);
+        for (std::size_t c = 0; c < 4; ++c) {
+            error += std::norm(spectra[c][k] - field[c]);
+            power += std::norm(field[c]);
+        }
+    }
+    CHECK(spectra[0][0] == 0.0);
+    CHECK(std::sqrt(error / power) < 3e-4);
+}
+
+TEST_CASE("wave_response: the amplitudes of modes give the pressure at each place") {
+    const Scene scene = box_scene({5, 4, 3}, {0.1F, 0.6F, 0.2F, 0.1F, 0.3F, 0.1F});
+    const Vec3 source(1, 1.2F, 0.8F);
+    const RoomWaves waves = waves_of(scene, source, 60);
+    for (const double hz : {30.0, 63.0, 90.0}) {
+        const std::vector<Complex> amplitudes = waves.amplitudes(source, hz);
+        for (const Vec3& place : {Vec3(2.5F, 2, 1.5F), Vec3(4.5F, 0.3F, 2.8F)}) {
+            const auto response = waves.response(source, place);
+            const auto modes = waves.modes_at(place);
+            REQUIRE(response);
+            REQUIRE(modes);
+            Complex sum = 0;
+            for (std::size_t m = 0; m < amplitudes.size(); ++m)
+                sum += amplitudes[m] * modes->pressure[m];
+            CHECK(std::abs(sum - response->modal(waves.wave_number_of(hz))[0]) <
+                  1e-6 * std::abs(sum));
+        }
+    }
+    CHECK(waves.amplitudes({-1, 0, 0}, 63).empty());
 }
 
 }  // namespace wave_response_test

@@ -97,13 +97,14 @@ TEST_CASE("After a failure of the propagation commands take no memory") {
     CHECK(auralizer.add_source({}) == SourceId{});
 }
 
-TEST_CASE("Ten thousand sources that come and go take no memory") {
+TEST_CASE("Twenty thousand sources that come and go take no memory") {
     const RenderClock clock = GENERATE(RenderClock::exact, RenderClock::real_time);
     AuralizerOptions options = mono(clock);
     options.max_sources = 4;
     Auralizer auralizer(room_with_panel(), options);
     SourceId last;
-    // The least memory in use: the buffers of frames and responses under way come and go.
+    // The least memory in use: the buffers of frames and responses under way come and go, up to
+    // 1 MB of them on a busy machine.
     const auto come_and_go = [&] {
         const std::uint64_t frames = auralizer.status().frames;
         std::size_t least = allocated_bytes();
@@ -118,7 +119,8 @@ TEST_CASE("Ten thousand sources that come and go take no memory") {
     };
     come_and_go();  // until all frames that can be in use are allocated
     const std::size_t before = come_and_go();
-    CHECK(come_and_go() < before + 400'000);
+    for (int round = 1; round < 4; ++round) come_and_go();
+    CHECK(come_and_go() < before + 2'000'000);  // 100 bytes a source
     CHECK(auralizer.sources().size() == 1);
 }
 

@@ -15,7 +15,8 @@ TEST_CASE("A surface consists of all of its triangles and no others") {
 }
 
 TEST_CASE(
-    "Scenes with other materials and sources have the same geometry, and those with a moved object do "
+    "Scenes with other materials and sources have the same geometry, and those with a moved object "
+    "do "
     "not") {
     const Scene scene = test::small_room();
     Scene edited = with_material(scene, {0, 1}, {"curtain", {}, {}});

@@ -220,6 +220,21 @@ TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     CHECK(scene.saved(edited).listener.pose.yaw_rad == Approx(1.25).epsilon(1e-6));
 }
 
+TEST_CASE("A saved scene has the crossover of its modes: none, a frequency, automatic") {
+    std::string text = kRoom;
+    const std::string rays = R"("rays": 300)";
+    text.replace(text.find(rays), rays.size(), R"("rays": 300, "waves": false)");
+    const Written rays_alone(text);
+    const Written automatic(kRoom);
+    for (const float waves_hz : {0.0F, 120.0F, aula::Simulation::kHighestWaves_hz}) {
+        for (const Written* scene : {&rays_alone, &automatic}) {
+            Scene edited = scene->read().scene;
+            edited.simulation.waves_hz = waves_hz;
+            CHECK(scene->saved(edited).simulation.waves_hz == waves_hz);
+        }
+    }
+}
+
 TEST_CASE("A saved scene keeps orientations and directivities, and finds their files") {
     std::string text = kRoom;
     const std::string rests = R"("gain_db": -5)";

@@ -21,6 +21,7 @@
 
 namespace aula {
 
+class BoxImages;
 class Hrtf;
 struct JoinedWaves;
 
@@ -138,7 +139,10 @@ struct Measurement {
     MeasurementLimits limits;                  ///< that were wanted
     double waves_below_hz = 0;                 ///< crossover of modes and rays; 0: rays alone
     std::shared_ptr<const JoinedWaves> waves;  ///< for ImpulseResponses; null: rays alone
-    float patch_size_m = 0;                    ///< as traced, where memory bounds it; 0: no patches
+    std::shared_ptr<const BoxImages> images;   ///< for ImpulseResponses; null: rays
+    /// With "waves" on "auto": lines on sources for which rays are alone, and why.
+    std::vector<std::string> without_waves;
+    float patch_size_m = 0;  ///< as traced, where memory bounds it; 0: no patches
     /// Lines on octaves without T30, one for each reason; empty if parameters are omitted.
     std::vector<std::string> missing_decays;
     std::vector<std::string> warnings;  ///< lines on the measurement as a whole
@@ -167,6 +171,9 @@ struct Measurement {
 /// The result of consecutive frames is the response after the last of them for `patch`, and the
 /// mean of the responses after each of them for `pt` and `dpc-published`. For `dpc` it is the
 /// former if the frames are at most 1.5 windows of its cache, else the latter.
+///
+/// Without modes, an empty box whose walls scatter nothing is measured by all its image sources,
+/// without rays: responses and parameters are exact, standard errors 0.
 ///
 /// A source is audible at a receiver if sound can reach it (random walks from both meet) and
 /// is_audible() is true for its response. Returns empty if `progress` requested a stop. Throws

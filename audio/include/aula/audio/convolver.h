@@ -102,16 +102,17 @@ class FilterTransform {
 /// computed within the call. The work of the others is spread evenly over the calls. A call takes
 /// any number of samples up to a block; whole blocks are the cheapest.
 ///
-/// A filter is exchanged by raised-cosine crossfades between the outputs of the old and the new
-/// filter, each computed from the whole history of the inputs. The first level fades from the next
-/// sample on. The others fade after it, one after another, so that the cost is spread over blocks.
-/// Until the first exchange the output is silent.
+/// A filter is exchanged by crossfades between the outputs of the old and the new filter, each
+/// computed from the whole history of the inputs. The first level fades from the next sample on.
+/// The others follow it two of their partitions later, in a straight line over each partition. The
+/// weights are straight lines with rounded corners: where filters are exchanged without a pause,
+/// and each differs a little from the one before, the response changes at a steady rate. Until the
+/// first exchange the output is silent.
 ///
 /// All functions but the constructor are for the audio thread: they are wait-free.
 class Convolver {
  public:
-    /// The first level fades over `fade_samples` samples, every other level over one of its
-    /// partitions. Allocates all memory.
+    /// The first level fades over `fade_samples` samples. Allocates all memory.
     Convolver(const ConvolutionShape& shape, std::size_t fade_samples);
     ~Convolver();
     /// The convolver that was moved from can only be assigned to or destroyed.
@@ -122,13 +123,14 @@ class Convolver {
     /// Exchanges the current filter for `filter`, which is not null, has the same shape and must
     /// live while uses() is true for it. Must not be called while fading() is true. Before the
     /// first sample a filter takes effect immediately. If the first filter comes later, it fades in
-    /// from silence. Another level that is still fading takes the newest filter afterwards.
+    /// from silence.
     void exchange(const ConvolutionFilter* filter) noexcept AULA_NONBLOCKING;
 
     /// True while the first level is fading.
     bool fading() const noexcept AULA_NONBLOCKING;
 
-    /// Largest number of filters in use at the same time: a current and a next one for each level.
+    /// Largest number of filters in use at the same time: a current and a next one, and those of
+    /// the beginning and the end of a partition for each other level.
     std::size_t max_filters() const noexcept;
 
     /// True while any level uses a filter. Afterwards the filter may be changed or destroyed.

@@ -58,6 +58,8 @@ constexpr Real squared_pressure(Real fluence) {
 struct EnergyResponse {
     TimeBins bins;                      ///< time axis of `energy` and `intensity`
     float speed_of_sound_m_s = 343.2F;  ///< converts lengths of paths to times
+    Vec3 listener{0};                   ///< its position, world axes, m
+    std::uint64_t room = 0;             ///< a hash of the scene's geometry
     std::vector<Bands> energy;          ///< [bin] without `paths`
     /// [bin] The active intensity vector, reversed to point to where the sound comes from: the sum
     /// over arrivals and octave bands of the energy times the unit direction of arrival, world

@@ -32,9 +32,11 @@ std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz, 
 /// by the square root of the energy of each third octave, with p^2 = 4 pi I: the loss by surfaces
 /// is interpolated between octaves, that by air is exact. They are scaled such that the total
 /// energy of each octave is exact, and mixed to the directional covariance of the field (optimal
-/// covariance mixing, Vilkamo 2013). The carriers are constant: from frame to frame only energies
-/// and directions change. Carriers of sources with different names are independent. W does not
-/// depend on the order. [one thread at a time; allocates]
+/// covariance mixing, Vilkamo 2013). Below 1.3 kHz the carriers are a diffuse field in space, at
+/// EnergyResponse::listener; above and at one place they are constant: from frame to frame only
+/// energies and directions change. Carriers of different rooms (EnergyResponse::room) and of
+/// sources with different names are independent. W does not depend on the order. [one thread at a
+/// time; allocates]
 class ImpulseResponseBuilder {
  public:
     /// Responses have the length `length_s` > 0: longer energy responses are truncated, shorter
@@ -48,8 +50,9 @@ class ImpulseResponseBuilder {
     /// The builder that was moved from can only be assigned to or destroyed.
     ImpulseResponseBuilder& operator=(ImpulseResponseBuilder&&) noexcept;
 
-    /// Synthesises a response. Overwrites `out` and reuses its memory.
-    void build(const EnergyResponse& energy, ImpulseResponse& out);
+    /// Synthesises a response. Overwrites `out` and reuses its memory. The reverberation below
+    /// `crossover_hz` > 0 is left out: its power rises over an octave about this frequency.
+    void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz = 0);
 
     /// Length of the responses, samples: `length_s` rounded up.
     std::size_t length_samples() const;

@@ -66,10 +66,10 @@ struct Simulation {
     int diffraction_order = 2;  ///< highest number of edges that the direct sound bends around,
                                 ///< 0 to kHighestDiffractionOrder; 0: no diffraction
     bool transmission = true;   ///< false makes all walls opaque
-    /// Measurements: the frequency below which the modes of the room replace rays, at most, and at
-    /// most as far as 180 modes and 1.5 times Schroeder's frequency allow; kLowestWaves_hz to
-    /// kHighestWaves_hz; 0: rays alone.
-    float waves_hz = 0;
+    /// The frequency below which the modes of the room replace rays, at most, and at most as far as
+    /// 180 modes and 1.5 times Schroeder's frequency allow; kLowestWaves_hz to kHighestWaves_hz; 0:
+    /// rays alone.
+    float waves_hz = kHighestWaves_hz;
     /// tau: the time over which the caches average, 0 to kMaxResponseTime_s. Longer: less noise,
     /// but slower reaction to movement.
     float response_time_s = 0.5F;

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/plugin/ports.h"
+#include "apps/plugin/lv2/ports.h"
 #include "apps/plugin/presets.h"
 
 namespace {
@@ -34,6 +34,10 @@ constexpr const char* kPrefixes = R"(@prefix atom: <http://lv2plug.in/ns/ext/ato
 
 )";
 
+const char* uri_of(const Kind& layout) {
+    return kPluginUris[static_cast<std::size_t>(&layout - kLayouts.data())];
+}
+
 std::string number(float value) {
     std::ostringstream text;
     text.precision(7);  // the shortest text of the places, which have few decimals
@@ -43,8 +47,8 @@ std::string number(float value) {
 }
 
 /// The URI of a group of ports of a layout.
-std::string group_uri(const Layout& layout, const std::string& group) {
-    return "<" + std::string(layout.uri) + "-" + group + ">";
+std::string group_uri(const Kind& layout, const std::string& group) {
+    return "<" + std::string(uri_of(layout)) + "-" + group + ">";
 }
 
 std::string group_class(aula::OutputFormat output) {
@@ -63,7 +67,7 @@ std::string output_designation(aula::OutputFormat output, std::size_t channel) {
     return "pg:ACN" + std::to_string(channel);
 }
 
-std::string audio_ports(const Layout& layout) {
+std::string audio_ports(const Kind& layout) {
     std::ostringstream text;
     text << "[\n\t\ta lv2:InputPort , lv2:AudioPort ;\n\t\tlv2:index 0 ;\n\t\tlv2:symbol \"in\" ;\n"
          << "\t\tlv2:name \"Input\"\n\t]";
@@ -77,36 +81,65 @@ std::string audio_ports(const Layout& layout) {
     return text.str();
 }
 
-std::string control_ports_text(const Layout& layout) {
+/// The term of the vocabulary of units.
+std::string unit_of(const ControlInfo& info) {
+    const std::string unit = info.unit;
+    if (unit == "°") return "degree";
+    if (unit == "dB") return "db";
+    // A share.
+    if (unit.empty() && info.kind == ControlInfo::Kind::number) return "coef";
+    return unit;
+}
+
+std::string controls_text(const Kind& layout, std::size_t first, std::size_t last) {
     std::ostringstream text;
-    for (std::size_t i = 0; i < control_ports().size(); ++i) {
-        const ControlPort& port = control_ports()[i];
-        using Kind = ControlPort::Kind;
-        text << " , [\n\t\ta " << (port.output ? "lv2:OutputPort" : "lv2:InputPort")
-             << " , lv2:ControlPort ;\n\t\tlv2:index " << control_port(layout.output, i)
-             << " ;\n\t\tlv2:symbol \"" << port.symbol << "\" ;\n\t\tlv2:name \"" << port.name
-             << "\" ;\n\t\tlv2:default " << number(port.initial) << " ;\n\t\tlv2:minimum "
-             << number(port.least) << " ;\n\t\tlv2:maximum " << number(port.greatest);
-        if (port.kind == Kind::toggle) text << " ;\n\t\tlv2:portProperty lv2:toggled";
-        if (port.kind == Kind::integer) text << " ;\n\t\tlv2:portProperty lv2:integer";
-        if (port.kind == Kind::enumeration)
+    for (std::size_t i = first; i < last; ++i) {
+        const ControlInfo& info = control_infos()[i];
+        using Kind = ControlInfo::Kind;
+        text << " , [\n\t\ta lv2:InputPort , lv2:ControlPort ;\n\t\tlv2:index "
+             << control_port(layout.output, i) << " ;\n\t\tlv2:symbol \"" << info.symbol
+             << "\" ;\n\t\tlv2:name \"" << info.name << "\" ;\n\t\tlv2:default "
+             << number(info.initial) << " ;\n\t\tlv2:minimum " << number(info.least)
+             << " ;\n\t\tlv2:maximum " << number(info.greatest);
+        if (info.kind == Kind::toggle) text << " ;\n\t\tlv2:portProperty lv2:toggled";
+        if (info.kind == Kind::integer) text << " ;\n\t\tlv2:portProperty lv2:integer";
+        if (info.kind == Kind::enumeration)
             text << " ;\n\t\tlv2:portProperty lv2:integer , lv2:enumeration";
-        for (std::size_t s = 0; s < port.scale_points.size(); ++s)
-            text << " ;\n\t\tlv2:scalePoint [ rdfs:label \"" << port.scale_points[s]
-                 << "\" ; rdf:value " << number(port.least + static_cast<float>(s)) << " ]";
-        if (*port.unit != 0) text << " ;\n\t\tunits:unit units:" << port.unit;
-        if (*port.group != 0) text << " ;\n\t\tpg:group " << group_uri(layout, port.group);
-        if (*port.designation != 0) text << " ;\n\t\tlv2:designation " << port.designation;
-        if (std::string(port.designation) == "lv2:latency")
-            text << " ;\n\t\tlv2:portProperty lv2:reportsLatency";
-        if (*port.comment != 0) text << " ;\n\t\trdfs:comment \"" << port.comment << "\"";
+        for (std::size_t s = 0; s < info.scale_points.size(); ++s)
+            text << " ;\n\t\tlv2:scalePoint [ rdfs:label \"" << info.scale_points[s]
+                 << "\" ; rdf:value " << number(info.least + static_cast<float>(s)) << " ]";
+        if (const std::string unit = unit_of(info); !unit.empty())
+            text << " ;\n\t\tunits:unit units:" << unit;
+        if (*info.group != 0) text << " ;\n\t\tpg:group " << group_uri(layout, info.group);
+        if (static_cast<Control>(i) == Control::enabled)
+            text << " ;\n\t\tlv2:designation lv2:enabled";
+        if (*info.comment != 0) text << " ;\n\t\trdfs:comment \"" << info.comment << "\"";
         text << "\n\t]";
     }
     return text.str();
 }
 
-std::string event_ports(const Layout& layout) {
-    const std::uint32_t first = control_port(layout.output, kControls);
+/// What no other format has as a control.
+std::string host_ports(const Kind& layout) {
+    std::ostringstream text;
+    text << " , [\n\t\ta lv2:InputPort , lv2:ControlPort ;\n\t\tlv2:index "
+         << freewheel_port(layout.output)
+         << " ;\n\t\tlv2:symbol \"freewheel\" ;\n\t\tlv2:name \"Freewheel\" ;\n"
+         << "\t\tlv2:default 0.0 ;\n\t\tlv2:minimum 0.0 ;\n\t\tlv2:maximum 1.0 ;\n"
+         << "\t\tlv2:portProperty lv2:toggled ;\n\t\tlv2:designation lv2:freeWheeling ;\n"
+         << "\t\trdfs:comment \"Renders on the exact clock; processing may take longer than real "
+            "time.\"\n\t] , [\n"
+         << "\t\ta lv2:OutputPort , lv2:ControlPort ;\n\t\tlv2:index "
+         << latency_port(layout.output)
+         << " ;\n\t\tlv2:symbol \"latency\" ;\n\t\tlv2:name \"Latency\" ;\n"
+         << "\t\tlv2:default 0.0 ;\n\t\tlv2:minimum 0.0 ;\n\t\tlv2:maximum 8192.0 ;\n"
+         << "\t\tlv2:portProperty lv2:integer ;\n\t\tunits:unit units:frame ;\n"
+         << "\t\tlv2:designation lv2:latency ;\n\t\tlv2:portProperty lv2:reportsLatency\n\t]";
+    return text.str();
+}
+
+std::string event_ports(const Kind& layout) {
+    const std::uint32_t first = messages_port(layout.output);
     std::ostringstream text;
     text << " , [\n\t\ta lv2:InputPort , atom:AtomPort ;\n\t\tlv2:index " << first
          << " ;\n\t\tlv2:symbol \"control\" ;\n\t\tlv2:name \"Control\" ;\n"
@@ -123,7 +156,7 @@ std::string event_ports(const Layout& layout) {
     return text.str();
 }
 
-std::string plugin_text(const Layout& layout, const std::string& version) {
+std::string plugin_text(const Kind& layout, const std::string& version) {
     std::ostringstream text;
     text << group_uri(layout, "output") << "\n\ta pg:OutputGroup , " << group_class(layout.output)
          << " ;\n\tlv2:symbol \"output\" ;\n\tlv2:name \"Output\" .\n\n";
@@ -132,7 +165,7 @@ std::string plugin_text(const Layout& layout, const std::string& version) {
           std::pair{"sound", "Sound"}})
         text << group_uri(layout, symbol) << "\n\ta pg:InputGroup ;\n\tlv2:symbol \"" << symbol
              << "\" ;\n\tlv2:name \"" << name << "\" .\n\n";
-    text << "<" << layout.uri << ">\n\ta lv2:Plugin , lv2:ReverbPlugin ;\n\tdoap:name \""
+    text << "<" << uri_of(layout) << ">\n\ta lv2:Plugin , lv2:ReverbPlugin ;\n\tdoap:name \""
          << layout.name << "\" ;\n\tdoap:license <https://spdx.org/licenses/Apache-2.0> ;\n"
          << version
          << "\trdfs:comment \"The sound of a source at a place in a room: direct sound, "
@@ -142,8 +175,9 @@ std::string plugin_text(const Layout& layout, const std::string& version) {
          << "\tlv2:extensionData state:interface ;\n"
          << "\tpatch:writable <" AULA_PLUGIN_URI "#scene> , <" AULA_PLUGIN_URI "#hrtf> ;\n"
          << "\tpatch:readable <" AULA_PLUGIN_URI "#status> ;\n"
-         << "\tlv2:port " << audio_ports(layout) << control_ports_text(layout)
-         << event_ports(layout) << " .\n\n";
+         << "\tlv2:port " << audio_ports(layout) << controls_text(layout, 0, kFirstControls)
+         << host_ports(layout) << event_ports(layout)
+         << controls_text(layout, kFirstControls, kControls) << " .\n\n";
     return text.str();
 }
 
@@ -161,7 +195,7 @@ std::string plugins_file(const std::string& version) {
             "#status>\n\ta lv2:Parameter ;\n\trdfs:label \"Status\" ;\n"
             "\trdfs:comment \"The error of the last scene or HRTF; empty: none.\" ;\n"
             "\trdfs:range atom:String .\n\n";
-    for (const Layout& layout : kLayouts) text += plugin_text(layout, version);
+    for (const Kind& layout : kLayouts) text += plugin_text(layout, version);
     return text;
 }
 
@@ -172,13 +206,13 @@ std::string preset_uri(const Preset& preset) {
 std::string manifest_file(const std::string& version) {
     std::ostringstream text;
     text << kPrefixes;
-    for (const Layout& layout : kLayouts)
-        text << "<" << layout.uri << ">\n\ta lv2:Plugin ;\n"
+    for (const Kind& layout : kLayouts)
+        text << "<" << uri_of(layout) << ">\n\ta lv2:Plugin ;\n"
              << version << "\tlv2:binary <aula.so> ;\n\trdfs:seeAlso <aula.ttl> .\n\n";
     for (const Preset& preset : presets()) {
         text << preset_uri(preset) << "\n\ta pset:Preset ;\n\tlv2:appliesTo";
-        for (const Layout& layout : kLayouts)
-            text << (&layout == kLayouts.data() ? " <" : " , <") << layout.uri << ">";
+        for (const Kind& layout : kLayouts)
+            text << (&layout == kLayouts.data() ? " <" : " , <") << uri_of(layout) << ">";
         text << " ;\n\trdfs:label \"" << preset.name << "\" ;\n\trdfs:seeAlso <presets.ttl> .\n\n";
     }
     return text.str();
@@ -189,7 +223,7 @@ std::string presets_file() {
     text << kPrefixes;
     for (const Preset& preset : presets()) {
         ControlValues values;
-        for (std::size_t i = 0; i < kControls; ++i) values[i] = control_ports()[i].initial;
+        for (std::size_t i = 0; i < kControls; ++i) values[i] = control_infos()[i].initial;
         const auto set = [&](Control first, const aula::Vec3& place) {
             for (int axis = 0; axis < 3; ++axis)
                 values[static_cast<std::size_t>(first) + static_cast<std::size_t>(axis)] =
@@ -201,16 +235,19 @@ std::string presets_file() {
             values[static_cast<std::size_t>(Control::listener_yaw)] = preset.listener_yaw_deg;
         }
         text << preset_uri(preset) << "\n\ta pset:Preset ;\n\tlv2:appliesTo";
-        for (const Layout& layout : kLayouts)
-            text << (&layout == kLayouts.data() ? " <" : " , <") << layout.uri << ">";
+        for (const Kind& layout : kLayouts)
+            text << (&layout == kLayouts.data() ? " <" : " , <") << uri_of(layout) << ">";
         text << " ;\n\trdfs:label \"" << preset.name << "\"";
         if (*preset.scene != 0)
             text << " ;\n\tstate:state [ <" AULA_PLUGIN_URI "#scene> <" << preset.scene << "> ]";
         text << " ;\n\tlv2:port";
-        // The places; all other controls stay.
-        for (std::size_t i = 0; i <= static_cast<std::size_t>(Control::listener_roll); ++i)
-            text << (i == 0 ? " [" : " , [") << "\n\t\tlv2:symbol \"" << control_ports()[i].symbol
+        // The places, and that the scene of the state is heard; all other controls stay.
+        for (std::size_t i = 0; i < kControls; ++i) {
+            const auto control = static_cast<Control>(i);
+            if (control > Control::listener_roll && control != Control::room) continue;
+            text << (i == 0 ? " [" : " , [") << "\n\t\tlv2:symbol \"" << control_infos()[i].symbol
                  << "\" ;\n\t\tpset:value " << number(values[i]) << "\n\t]";
+        }
         text << " .\n\n";
     }
     return text.str();

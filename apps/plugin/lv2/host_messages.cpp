@@ -1,4 +1,4 @@
-#include "apps/plugin/host_messages.h"
+#include "apps/plugin/lv2/host_messages.h"
 
 #include <lv2/atom/util.h>
 #include <lv2/patch/patch.h>
@@ -13,8 +13,7 @@
 #include <string>
 #include <system_error>
 
-#include <system_error>
-#include "apps/plugin/ports.h"
+#include "apps/plugin/lv2/ports.h"
 
 namespace aula::plugin {
 
@@ -186,10 +185,11 @@ void HostMessages::end() noexcept {
     if (writes_) lv2_atom_forge_pop(&forge_, &sequence_);
 }
 
-LV2_State_Status HostMessages::save(const RoomFiles& files, LV2_State_Store_Function store,
+LV2_State_Status HostMessages::save(const StoredFiles& stored, LV2_State_Store_Function store,
                                     LV2_State_Handle handle,
                                     const LV2_Feature* const* features) const {
     if (!mapped_) return LV2_STATE_ERR_NO_FEATURE;
+    const RoomFiles& files = stored.files;
     const auto* const map =
         static_cast<const LV2_State_Map_Path*>(find_feature(features, LV2_STATE__mapPath));
     const auto* const free_path =
@@ -215,7 +215,7 @@ LV2_State_Status HostMessages::save(const RoomFiles& files, LV2_State_Store_Func
         store(handle, urids_.seed, &seed, sizeof seed, urids_.whole, kPortable);
         add_key(kSeedUri);
     }
-    for (const UnknownProperty& property : files.unknown) {
+    for (const UnknownProperty& property : stored.unknown) {
         store(handle, map_.map(map_.handle, property.uri.c_str()), property.value.data(),
               property.value.size(), property.type, property.flags);
         add_key(property.uri.c_str());
@@ -225,10 +225,11 @@ LV2_State_Status HostMessages::save(const RoomFiles& files, LV2_State_Store_Func
     return LV2_STATE_SUCCESS;
 }
 
-RoomFiles HostMessages::restore(const RoomFiles& present, LV2_State_Retrieve_Function retrieve,
-                                LV2_State_Handle handle, const LV2_Feature* const* features) const {
+StoredFiles HostMessages::restore(const RoomFiles& present, LV2_State_Retrieve_Function retrieve,
+                                  LV2_State_Handle handle,
+                                  const LV2_Feature* const* features) const {
     RoomFiles files = present;
-    if (!mapped_) return files;
+    if (!mapped_) return {.files = files, .unknown = {}};
     const auto* const map =
         static_cast<const LV2_State_Map_Path*>(find_feature(features, LV2_STATE__mapPath));
     const auto* const free_path =
@@ -255,8 +256,7 @@ RoomFiles HostMessages::restore(const RoomFiles& present, LV2_State_Retrieve_Fun
         std::memcpy(&number, seed, sizeof number);
         files.seed = static_cast<std::uint64_t>(number);
     }
-    files.unknown = unknown_properties(retrieve, handle);
-    return files;
+    return {.files = files, .unknown = unknown_properties(retrieve, handle)};
 }
 
 std::vector<UnknownProperty> HostMessages::unknown_properties(LV2_State_Retrieve_Function retrieve,

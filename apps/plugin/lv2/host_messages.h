@@ -29,6 +29,20 @@ struct HostEvent {
     double speed = 0;                     ///< of position: 0: stopped
 };
 
+/// A property of a state that this version of the plugin does not know.
+struct UnknownProperty {
+    std::string uri;
+    std::uint32_t type = 0;  ///< as the host maps it
+    std::uint32_t flags = 0;
+    std::vector<char> value;
+};
+
+/// What a state holds beside the ports.
+struct StoredFiles {
+    RoomFiles files{};
+    std::vector<UnknownProperty> unknown{};
+};
+
 /// Reads and writes the messages of the event ports and the state of a plugin. Without a map of
 /// URIs it does nothing.
 class HostMessages {
@@ -46,11 +60,11 @@ class HostMessages {
 
     /// Stores files in a state, with the list of its keys: a host does not tell which keys a state
     /// has, and an older version has to keep those that it does not know. [not the audio thread]
-    LV2_State_Status save(const RoomFiles& files, LV2_State_Store_Function store,
+    LV2_State_Status save(const StoredFiles& stored, LV2_State_Store_Function store,
                           LV2_State_Handle handle, const LV2_Feature* const* features) const;
     /// The files of a state; `present` are those that it does not contain. [not the audio thread]
-    RoomFiles restore(const RoomFiles& present, LV2_State_Retrieve_Function retrieve,
-                      LV2_State_Handle handle, const LV2_Feature* const* features) const;
+    StoredFiles restore(const RoomFiles& present, LV2_State_Retrieve_Function retrieve,
+                        LV2_State_Handle handle, const LV2_Feature* const* features) const;
 
  private:
     struct Urids {

@@ -13,9 +13,8 @@
 #include <cstring>
 #include <exception>
 
-#include "apps/plugin/host_messages.h"
-#include "apps/plugin/ports.h"
-#include "apps/plugin/room_plugin.h"
+#include "apps/plugin/lv2/lv2_plugin.h"
+#include "apps/plugin/lv2/ports.h"
 #include "apps/session/auralizer/command_checks.h"
 
 namespace {
@@ -43,19 +42,23 @@ int block_size(const LV2_Feature* const* features, const LV2_URID_Map* map) {
 }
 
 template <std::size_t layout>
-LV2_Handle instantiate(const LV2_Descriptor*, double rate, const char*,
+LV2_Handle instantiate(const LV2_Descriptor*, double rate, const char* bundle,
                        const LV2_Feature* const* features) {
     try {
         aula::check_options({.sample_rate_hz = rate, .hrtf = {}});
         const auto* const map =
             static_cast<const LV2_URID_Map*>(find_feature(features, LV2_URID__map));
-        return new RoomPlugin(kLayouts[layout], rate, block_size(features, map), map);
+        return new Lv2Plugin({.format = kLayouts[layout].output,
+                              .sample_rate_hz = rate,
+                              .block = block_size(features, map),
+                              .folder = bundle},
+                             map);
     } catch (const std::exception&) {
         return nullptr;
     }
 }
 
-RoomPlugin& plugin_of(LV2_Handle handle) { return *static_cast<RoomPlugin*>(handle); }
+Lv2Plugin& plugin_of(LV2_Handle handle) { return *static_cast<Lv2Plugin*>(handle); }
 
 void connect_port(LV2_Handle handle, std::uint32_t port, void* data) {
     plugin_of(handle).connect(port, data);
@@ -88,7 +91,7 @@ const void* extension_data(const char* uri) {
 
 template <std::size_t layout>
 constexpr LV2_Descriptor descriptor{
-    kLayouts[layout].uri, instantiate<layout>, connect_port, activate, run, deactivate, cleanup,
+    kPluginUris[layout], instantiate<layout>, connect_port, activate, run, deactivate, cleanup,
     extension_data};
 
 constexpr std::array kDescriptors{&descriptor<0>, &descriptor<1>, &descriptor<2>};

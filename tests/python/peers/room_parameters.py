@@ -1,6 +1,6 @@
-"""Compares aula analyse with pyrato, an independent implementation (pip install pyrato).
+"""Compares aula analyse with pyrato, an independent implementation.
 
-usage: analyse_pyrato.py AULA [FILE.wav...]
+usage: room_parameters.py AULA [FILE.wav...]
 
 Without files: responses of noise that decays above a floor. The octave filters, the search for the
 noise and the evaluation of pyrato are its own.
@@ -13,16 +13,12 @@ import sys
 import tempfile
 import warnings
 
-warnings.simplefilter("ignore")
-try:
-    import numpy as np
-    import pyfar as pf
-    import pyrato
-    import soundfile
-except ImportError as error:
-    print(f"skipped: {error}")
-    sys.exit(77)
+import numpy as np
+import pyfar as pf
+import pyrato
+import soundfile
 
+warnings.simplefilter("ignore")
 RATE = 48000
 OCTAVES = (125, 250, 500, 1000, 2000, 4000)
 FIRST_C80 = 1000  # below, filters of different slopes spread sound differently over 80 ms
