@@ -20,7 +20,7 @@ MANIFEST = {
         "size_m": [{"uniform": [3, 9]}, {"uniform": [3, 7]}, {"uniform": [2.4, 4]}],
         "walls": {"absorption": {"log_uniform": [0.1, 0.5]}, "scattering": 0.3}}}],
     "receivers": {"count": 10},
-    "simulation": {"rays": 1000, "ir_length_s": 1},
+    "simulation": {"waves": False, "rays": 1000, "ir_length_s": 1},
     "measurement": {"frames": 8},
     "output": {"sample_rate_hz": 16000},
 }

@@ -31,7 +31,7 @@ def main() -> None:
         exact = aula.parameters(room, frames=256, seed=99, **setting)["T30"][0, :, OCTAVES]
         for estimator in ("patch", "pt"):
             tried = room.copy()
-            tried.configure(estimator=estimator, listener_radius_m=0.5)
+            tried.configure(estimator=estimator, listener_radius_m=0.5, waves_hz=0)
             for rays in 50 * 2 ** np.arange(16):
                 frames = int(max(8, rays // 10_000))
                 deviations, start = [], time.process_time()
