@@ -478,7 +478,9 @@ class Threads(unittest.TestCase):
     def test_lock_is_released(self):
         # This thread changes the scene while the other measures it: the measurement keeps it.
         room = box()
+        begin_s = time.monotonic()
         expected = aula.rir(room, sources=SOURCES, microphones=MICROPHONES, frames=10)
+        half_s = (time.monotonic() - begin_s) / 2
         results, counted = [], 0
         begun = threading.Event()
 
@@ -491,10 +493,14 @@ class Threads(unittest.TestCase):
         # With the lock held during the call, this thread could run only before and after it.
         sys.setswitchinterval(1e-5)
         other.start()
+        begun.wait()
+        begin_s = time.monotonic()
+        changed = False
         while other.is_alive():
-            counted += begun.is_set()
-            if counted == 20:
+            counted += 1
+            if not changed and time.monotonic() - begin_s > half_s:
                 room.materials["wall"] = aula.material("curtain")
+                changed = True
             time.sleep(1e-4)
         sys.setswitchinterval(interval)
         self.assertGreater(counted, 20)
