@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._arguments import to_array, to_file, to_number
 from ._aula import Error
 from ._places import Microphone, Positions
-from ._results import rir
+from ._results import _check_keywords, rir
 from ._scene import Scene
 
 _MEMBERS = ("SourcePosition", "Data.IR", "Data.SamplingRate")
@@ -155,6 +155,7 @@ class CapsuleArray:
         measuring: the arguments of `aula.measure`. All capsules are at the array's position for the
         room: their distances are in their responses.
         """
+        _check_keywords("CapsuleArray.rir", measuring)
         field = rir(room, sources=sources, fs=self.fs, output="toa",
                     microphones=[Microphone(position, yaw, pitch, roll)], **measuring)[:, 0]
         samples = field.shape[-1] + self._filters.shape[-1] - 1
