@@ -275,7 +275,7 @@ class Capsules(unittest.TestCase):
             aula.CapsuleArray(self.ways, 0 * self.responses, self.FS)
         array = aula.CapsuleArray(self.ways, self.responses, self.FS)
         with self.assertRaisesRegex(TypeError, r"^CapsuleArray.rir\(\) got .* 'fs'"):
-            array.rir(aula.Scene.shoebox(SIZE), position=SOURCE, fs=8000)
+            array.rir(aula.Scene.shoebox(SIZE, absorption=0.3), position=SOURCE, fs=8000)
 
 
 class Fit(unittest.TestCase):
