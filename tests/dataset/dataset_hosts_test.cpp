@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 /// Whether a program exists; otherwise the test says that it is skipped.
 bool has_program(const std::string& name) {
-    const bool found = run_program({"sh", "-c", "command -v " + name}).status == 0;
+    const bool found = are_installed(name);
     if (!found) WARN("skipped: " << name << " is missing (packages-test.txt)");
     return found;
 }

@@ -10,7 +10,7 @@
 namespace aula::test {
 
 bool has(const std::string& program) {
-    if (run_program({"sh", "-c", "command -v " + program}).status == 0) return true;
+    if (are_installed(program)) return true;
     WARN("skipped: " << program << " is missing (packages-test.txt)");
     return false;
 }

@@ -65,4 +65,9 @@ ProgramResult run_program(const std::vector<std::string>& command) {
     return Program(command).wait();
 }
 
+bool are_installed(const std::string& programs) {
+    return run_program({"sh", "-c", "for p in " + programs + "; do command -v $p || exit 1; done"})
+               .status == 0;
+}
+
 }  // namespace aula::test

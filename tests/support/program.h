@@ -43,4 +43,7 @@ class Program {
 /// Runs a program to its end.
 ProgramResult run_program(const std::vector<std::string>& command);
 
+/// Whether programs, separated by blanks, can be run.
+bool are_installed(const std::string& programs);
+
 }  // namespace aula::test

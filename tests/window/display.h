@@ -12,12 +12,6 @@
 
 namespace aula::test {
 
-/// Whether programs, separated by blanks, can be run.
-inline bool are_installed(const std::string& programs) {
-    return run_program({"sh", "-c", "for p in " + programs + "; do command -v $p || exit 1; done"})
-               .status == 0;
-}
-
 /// A private X display in memory.
 class Display {
  public:

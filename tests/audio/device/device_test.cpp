@@ -83,6 +83,10 @@ std::size_t count_discontinuities(const std::vector<float>& recorded) {
 }  // namespace
 
 TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
+    if (!are_installed("jack_capture")) {
+        WARN("skipped: jack_capture is missing (packages-test.txt)");
+        return;
+    }
     const JackServer server(kBlock);
     if (!server.running()) {
         WARN("skipped: no JACK server can run here");
@@ -97,7 +101,7 @@ TEST_CASE("Ten seconds of a tone are played in time and without a gap") {
         AudioDevice device("", kRate_hz, 2, kBlock, Tone());
         JackRecording recording(file, 10);
         if (!recording.running()) {
-            WARN("skipped: jack_capture is missing (packages-test.txt), or cannot run here");
+            WARN("skipped: jack_capture cannot run here");
             return;
         }
         device.start();
