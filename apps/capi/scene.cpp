@@ -205,9 +205,10 @@ int aula_scene_add_source(aula_scene* scene, const char* name, const aula_pose* 
 
 int aula_scene_set_listener(aula_scene* scene, const aula_pose* pose) {
     return aula::result_of([&] {
-        aula::Listener& listener = aula::not_null(scene, "scene").scene.listener;
+        aula::Scene& changed = aula::not_null(scene, "scene").scene;
         const aula::Pose place = aula::pose_of(pose);
         aula::check_pose(place);
-        listener = {.pose = place, .path = {}};
+        changed.listener = {.pose = place, .path = {}};
+        changed.attach_sources();
     });
 }

@@ -303,6 +303,7 @@ void bind_scenes(py::module_& module) {
                 const std::optional<PathArrays>& path) {
                  scene.change([&](Scene& changed) {
                      changed.listener = {pose_of(pose.data()), trajectory_of(path)};
+                     changed.attach_sources();
                  });
              })
         .def("medium",

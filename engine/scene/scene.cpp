@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "aula/engine/material_library.h"
@@ -20,6 +21,35 @@ Pose interpolate(const Pose& a, const Pose& b, float weight) {
     const auto mix = [weight](const auto& x, const auto& y) { return x + weight * (y - x); };
     return {mix(a.position, b.position), mix(a.yaw_rad, b.yaw_rad), mix(a.pitch_rad, b.pitch_rad),
             mix(a.roll_rad, b.roll_rad)};
+}
+
+/// The path of a place on the listener. The arcs of its turns become chords of at most 5 degrees,
+/// which are within 0.1 % of the place's distance from the listener.
+Trajectory attached_path(const Trajectory& listener, const Vec3& from_listener) {
+    constexpr float kTurn_rad = 5 * std::numbers::pi_v<float> / 180;
+    constexpr float kMostChords = 1000;  // of one turn
+    Trajectory path{{}, listener.loop};
+    const Trajectory::Keyframe* before = nullptr;
+    for (const Trajectory::Keyframe& point : listener.points) {
+        if (before != nullptr && point.time_s > before->time_s) {
+            const float turn_rad =
+                std::max({std::abs(point.pose.yaw_rad - before->pose.yaw_rad),
+                          std::abs(point.pose.pitch_rad - before->pose.pitch_rad),
+                          std::abs(point.pose.roll_rad - before->pose.roll_rad)});
+            const auto chords =
+                static_cast<int>(std::min(std::ceil(turn_rad / kTurn_rad), kMostChords));
+            for (int i = 1; i < chords; ++i) {
+                const double share = static_cast<double>(i) / chords;
+                path.points.push_back(
+                    {std::lerp(before->time_s, point.time_s, share),
+                     interpolate(before->pose, point.pose, static_cast<float>(share))
+                         .at(from_listener)});
+            }
+        }
+        path.points.push_back({point.time_s, point.pose.at(from_listener)});
+        before = &point;
+    }
+    return path;
 }
 
 /// tau = 10^(-R/10)
@@ -39,6 +69,10 @@ glm::mat3 Pose::rotation() const {
     const glm::mat3 pitch{Vec3{cp, 0, sp}, Vec3{0, 1, 0}, Vec3{-sp, 0, cp}};
     const glm::mat3 roll{Vec3{1, 0, 0}, Vec3{0, cr, sr}, Vec3{0, -sr, cr}};
     return yaw * pitch * roll;
+}
+
+Pose Pose::at(const Vec3& local_position) const {
+    return {position + rotation() * local_position, yaw_rad, pitch_rad, roll_rad};
 }
 
 Pose Trajectory::at(double time_s) const {
@@ -117,6 +151,15 @@ Bounds geometry_bounds(const std::vector<Object>& objects) {
         }
     }
     return bounds;
+}
+
+void Scene::attach_sources() {
+    for (Source& source : sources) {
+        if (!source.from_listener) continue;
+        source.set_pose(listener.pose_at(0).at(*source.from_listener));
+        source.path.reset();
+        if (listener.path) source.path = attached_path(*listener.path, *source.from_listener);
+    }
 }
 
 Material Scene::find_material(const std::string& name) const {

@@ -134,6 +134,24 @@ void read_directivity(const JsonReader& json, const std::filesystem::path& folde
     }
 }
 
+/// The pose of a source, or its place on the listener.
+void read_pose(const JsonReader& json, Source& source) {
+    json.attempt([&] { source.path = find_trajectory(json); });
+    source.set_pose(read_orientation(json, read_position(json, source.path)));
+    json.read("relative_to", [&](const JsonReader& x) {
+        constexpr const char* kExpected = "\"world\" or \"listener\"";
+        const std::string frame = x.string(kExpected);
+        if (frame == "world") return;
+        if (frame != "listener") x.fail(quoted(frame) + "; expected " + kExpected);
+        for (const char* const key : {"path", "yaw_deg", "pitch_deg", "roll_deg"})
+            if (const auto other = json.find(key))
+                other->fail(
+                    "a source relative to the listener moves and turns with it; expected a "
+                    "position alone");
+        source.from_listener = source.position;
+    });
+}
+
 std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::path& folder,
                                  SignalFiles signals) {
     constexpr const char* kExpected = "a list of at least one source";
@@ -152,15 +170,14 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
         source.name = "source" + std::to_string(sources.size());
         item.attempt([&] {
             item.allow_keys({"name", "position", "yaw_deg", "pitch_deg", "roll_deg", "directivity",
-                             "signal", "gain_db", "loop", "path"});
+                             "signal", "gain_db", "loop", "path", "relative_to"});
             item.attempt([&] {
                 const auto name = item.find("name");
                 if (name) source.name = name->string("a name");
                 if (source.name.empty()) name->fail("an empty name; expected a name");
                 names.add(source.name, name.value_or(item));
             });
-            item.attempt([&] { source.path = find_trajectory(item); });
-            source.set_pose(read_orientation(item, read_position(item, source.path)));
+            read_pose(item, source);
             item.read("directivity",
                       [&](const JsonReader& x) { read_directivity(x, folder, source); });
             item.read("signal",
@@ -323,6 +340,7 @@ LoadedScene read_scene(JsonValue json, const std::string& name, const std::files
     });
     if (!errors.empty()) throw SceneErrors(errors.messages(name));
 
+    scene.attach_sources();
     if (scene.objects.empty()) return loaded;
     const Bounds bounds = geometry_bounds(scene.objects);
     for (std::size_t i = 0; i < scene.sources.size(); ++i) {

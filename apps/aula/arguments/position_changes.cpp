@@ -8,6 +8,7 @@ void set_listener_position(Scene& scene, const Vec3& position) {
     scene.listener.pose = scene.listener.pose_at(0);
     scene.listener.pose.position = position;
     scene.listener.path.reset();
+    scene.attach_sources();
 }
 
 void set_source_position(Scene& scene, const std::string& name, const Vec3& position) {
@@ -17,6 +18,7 @@ void set_source_position(Scene& scene, const std::string& name, const Vec3& posi
             source.set_pose(source.pose_at(0));
             source.position = position;
             source.path.reset();
+            source.from_listener.reset();
             return;
         }
         names += (names.empty() ? "" : ", ") + source.name;

@@ -215,7 +215,7 @@ void transfer(Archive& archive, T& source) {
     std::string file = source.signal_file.string();
     transfer(archive, file);
     if constexpr (Archive::kReads) source.signal_file = file;
-    transfer_all(archive, source.gain_db, source.loop, source.path);
+    transfer_all(archive, source.gain_db, source.loop, source.path, source.from_listener);
 }
 
 template <typename Archive>

@@ -164,12 +164,17 @@ void write_materials(JsonValue& root, const Scene& before, const Scene& now) {
 }
 
 void write_source(JsonValue& item, const Source& before, const Source& now) {
-    if (before.path && !now.path) remove(item, "path");
-    if (before.position != now.position || (before.path && !now.path))
-        set(item, "position", json_of(now.position));
-    set_angle(item, "yaw_deg", before.yaw_rad, now.yaw_rad);
-    set_angle(item, "pitch_deg", before.pitch_rad, now.pitch_rad);
-    set_angle(item, "roll_deg", before.roll_rad, now.roll_rad);
+    // The place on a listener is that of the file; a source that was moved has left it.
+    if (!now.from_listener) {
+        const bool stops = (before.path && !now.path) || before.from_listener;
+        for (const char* const key : {"path", "relative_to"})
+            if (stops) remove(item, key);
+        if (stops || before.position != now.position) set(item, "position", json_of(now.position));
+        const Source initial = before.from_listener ? Source{} : before;
+        set_angle(item, "yaw_deg", initial.yaw_rad, now.yaw_rad);
+        set_angle(item, "pitch_deg", initial.pitch_rad, now.pitch_rad);
+        set_angle(item, "roll_deg", initial.roll_rad, now.roll_rad);
+    }
     if (before.gain_db != now.gain_db) set(item, "gain_db", json_of(now.gain_db));
     if (before.loop != now.loop) set(item, "loop", json_of(now.loop));
 }

@@ -9,8 +9,7 @@ bool same_pose(const Pose& a, const Pose& b) {
            a.roll_rad == b.roll_rad;
 }
 
-Pose SourceControl::pose_at(const Source& source, double time_s) const {
-    Pose pose = source.pose_at(time_s);
+Pose SourceControl::over(Pose pose) const {
     if (position) pose.position = *position;
     if (angles_rad) {
         pose.yaw_rad = angles_rad->x;
@@ -18,6 +17,12 @@ Pose SourceControl::pose_at(const Source& source, double time_s) const {
         pose.roll_rad = angles_rad->z;
     }
     return pose;
+}
+
+Pose PlayControls::source_at(const Scene& scene, std::size_t s, double time_s) const {
+    const Source& placed = scene.sources[s];
+    const bool follows = listener && placed.from_listener;
+    return source(s).over(follows ? listener->at(*placed.from_listener) : placed.pose_at(time_s));
 }
 
 bool PlayControls::audible(std::size_t s) const {

@@ -20,8 +20,8 @@ struct SourceControl {
     /// Yaw, pitch and roll as in Pose, set by the user; if absent: those of its path.
     std::optional<Vec3> angles_rad;
 
-    /// The pose of the source at a time.
-    Pose pose_at(const Source& source, double time_s) const;
+    /// The pose of the source, given that of the scene.
+    Pose over(Pose pose) const;
 };
 
 /// Settings that can change from frame to frame without new preparation. The default changes
@@ -44,6 +44,9 @@ struct PlayControls {
     Pose listener_at(const Scene& scene, double time_s) const {
         return listener ? *listener : scene.listener.pose_at(time_s);
     }
+
+    /// The pose of a source at a time; one that is attached to a listener follows the user's.
+    Pose source_at(const Scene& scene, std::size_t s, double time_s) const;
 
     /// Whether a source is audible, according to mutes and solos.
     bool audible(std::size_t s) const;

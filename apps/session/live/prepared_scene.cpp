@@ -80,7 +80,7 @@ void PreparedScene::apply(const PlayControls& controls, double time_s, bool with
     Auralizer& room = auralizer.room();
     for (std::size_t s = 0; s < sources.size(); ++s) {
         const SourceControl control = controls.source(s);
-        room.set_source(sources[s], control.pose_at(scene.sources[s], time_s));
+        room.set_source(sources[s], controls.source_at(scene, s, time_s));
         room.set_gain(sources[s], controls.audible(s)
                                       ? control.gain_db.value_or(scene.sources[s].gain_db)
                                       : -std::numeric_limits<float>::infinity());

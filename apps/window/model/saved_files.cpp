@@ -18,10 +18,12 @@ Scene played_scene(Scene scene, const PlayControls& controls, const Simulation& 
         Source& source = scene.sources[s];
         if (control.gain_db) source.gain_db = *control.gain_db;
         if (!control.position && !control.angles_rad) continue;
-        source.set_pose(control.pose_at(source, 0));
+        source.set_pose(control.over(source.pose_at(0)));
         source.path.reset();
+        source.from_listener.reset();
     }
     if (controls.listener && !scene.listener.path) scene.listener.pose = *controls.listener;
+    scene.attach_sources();
     return scene;
 }
 

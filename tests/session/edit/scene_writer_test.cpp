@@ -220,6 +220,27 @@ TEST_CASE("A saved scene has all changes: positions, gains, loops, settings") {
     CHECK(scene.saved(edited).listener.pose.yaw_rad == Approx(1.25).epsilon(1e-6));
 }
 
+TEST_CASE("A saved scene keeps a source on the listener, and writes where it was moved to") {
+    std::string text = kRoom;
+    const std::string rests = R"("gain_db": -5)";
+    text.replace(text.find(rests), rests.size(), R"("relative_to": "listener")");
+    const Written scene(text);
+    Scene edited = scene.read().scene;
+    REQUIRE(edited.sources[1].from_listener == Vec3(2, 3, 1));
+    edited.listener.path.reset();
+    edited.listener.pose = {{1, 1, 1}, 0.5F, 0, 0};
+    edited.attach_sources();
+    const Scene followed = scene.saved(edited);
+    CHECK(followed.sources[1].from_listener == Vec3(2, 3, 1));
+    CHECK(followed.sources[1].position == followed.listener.pose.at({2, 3, 1}).position);
+    edited.sources[1].from_listener.reset();
+    edited.sources[1].set_pose({{2.5F, 1.5F, 1}, 0.75F, 0, 0});
+    const Scene moved = scene.saved(edited);
+    CHECK_FALSE(moved.sources[1].from_listener);
+    CHECK(moved.sources[1].position == Vec3(2.5F, 1.5F, 1));
+    CHECK(moved.sources[1].yaw_rad == Approx(0.75).epsilon(1e-6));
+}
+
 TEST_CASE("A saved scene has the crossover of its modes: none, a frequency, automatic") {
     std::string text = kRoom;
     const std::string rays = R"("rays": 300)";

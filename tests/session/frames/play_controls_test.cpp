@@ -72,3 +72,24 @@ TEST_CASE("A muted source is inaudible, and a source with solo mutes all others"
     controls.sources[1].muted = true;
     CHECK_FALSE(controls.audible(1));
 }
+
+TEST_CASE("A source on the listener follows the user's walk until the user moves it") {
+    Scene scene = small_room();
+    scene.sources[0].from_listener = Vec3(0.1F, 0, 0);
+    scene.attach_sources();
+    PlayControls controls;
+    CHECK(controls.source_at(scene, 0, 1).position ==
+          scene.listener.pose.position + Vec3(0.1F, 0, 0));
+    Pose walked;
+    walked.position = {1, 2, 1.5F};
+    walked.yaw_rad = 1.5F;
+    controls.listener = walked;
+    CHECK(same_pose(controls.source_at(scene, 0, 1), walked.at({0.1F, 0, 0})));
+    controls.sources.resize(1);
+    controls.sources[0].position = Vec3(4, 3, 1);
+    CHECK(controls.source_at(scene, 0, 1).position == Vec3(4, 3, 1));
+    // Companion: other sources stay where they are.
+    scene.sources[0].from_listener.reset();
+    controls.sources.clear();
+    CHECK(controls.source_at(scene, 0, 1).position == scene.sources[0].position);
+}

@@ -28,6 +28,9 @@ struct Pose {
 
     /// Rotation from the local axes to the world axes: roll first, then pitch, then yaw.
     glm::mat3 rotation() const;
+
+    /// The pose of the same orientation at a position in the local axes, m.
+    Pose at(const Vec3& local_position) const;
 };
 
 /// A rigid motion of an object: a rotation of its vertices about its local origin, then a
@@ -168,6 +171,9 @@ struct Source {
     float gain_db = 0;                  ///< of the signal; -200 to 200 in scene files
     bool loop = false;                  ///< true: repeats the signal
     std::optional<Trajectory> path;     ///< movement, world axes
+    /// Of a source that moves and turns with the listener, such as its mouth: the position in the
+    /// listener's axes, m. Scene::attach_sources() sets pose and path accordingly.
+    std::optional<Vec3> from_listener{};
 
     /// Sets position and orientation; a path remains.
     void set_pose(const Pose& pose) {
@@ -234,6 +240,10 @@ struct Scene {
     std::size_t add_object(std::vector<Vec3> vertices,
                            std::vector<std::array<std::uint32_t, 3>> triangles,
                            const std::string& material, std::string name = {});
+
+    /// Gives the sources that are attached to the listener (Source::from_listener) its orientation
+    /// and its path, if it has one. Loading a scene does it; a change of the listener needs it.
+    void attach_sources();
 
     /// The material of that name in `materials` or else in the library. Throws InputError if there
     /// is none.
