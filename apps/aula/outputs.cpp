@@ -72,7 +72,8 @@ std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) 
         if (!source.directivity_file.empty()) files.push_back(source.directivity_file);
     }
     files.insert(files.end(), arguments.measured.begin(), arguments.measured.end());
-    if (!arguments.session.hrtf.empty()) files.push_back(arguments.session.hrtf);
+    for (const fs::path& file : {arguments.session.hrtf, arguments.session.headphones})
+        if (!file.empty()) files.push_back(file);
     return files;
 }
 

@@ -47,10 +47,11 @@ class MeasurementFiles {
     }
 
     void write(const Scene& scene, const Measurement& measurement,
-               const std::shared_ptr<const Hrtf>& hrtf) {
+               const std::shared_ptr<const Hrtf>& hrtf,
+               const std::shared_ptr<const HeadphoneFilter>& headphones) {
         if (arguments_.ir) {
-            const ImpulseResponses impulse_responses(measurement,
-                                                     response_options(arguments_.session), hrtf);
+            const ImpulseResponses impulse_responses(
+                measurement, response_options(arguments_.session), hrtf, headphones);
             for (std::size_t s = 0; s < responses_.size(); ++s)
                 write_planar(*responses_[s], impulse_responses.response(s));
         }
@@ -90,6 +91,7 @@ int measure(const Arguments& arguments) {
     MeasurementFiles files(arguments, scene);
     const auto hrtf =
         arguments.ir ? hrtf_for(arguments.session, arguments.session.sample_rate_hz) : nullptr;
+    const auto headphones = headphones_for(arguments.session, arguments.session.sample_rate_hz);
     ProgressBar bar("measuring", arguments.quiet);
     const auto measurement = measure(
         scene, within_budget({.frames = arguments.frames,
@@ -101,7 +103,7 @@ int measure(const Arguments& arguments) {
                              scene.simulation.quality));
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);
-    files.write(scene, *measurement, hrtf);
+    files.write(scene, *measurement, hrtf, headphones);
     return 0;
 }
 

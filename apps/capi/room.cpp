@@ -18,7 +18,7 @@ constexpr int32_t kMaxSources = 1024;
 
 // No padding at the end, which a program built with an older header would leave undefined where a
 // newer one has a member.
-static_assert(offsetof(aula_options, max_memory_bytes) + sizeof(aula_options::max_memory_bytes) ==
+static_assert(offsetof(aula_options, headphones) + sizeof(aula_options::headphones) ==
               sizeof(aula_options));
 static_assert(offsetof(aula_status, muted_samples) + sizeof(aula_status::muted_samples) ==
               sizeof(aula_status));
@@ -89,6 +89,7 @@ AuralizerOptions options_of(const aula_options& given, const Scene& scene) {
     options.output = output_of(given.output);
     options.ambisonic_order = value_or(given.ambisonic_order, options.ambisonic_order);
     if (given.hrtf != nullptr) options.hrtf = given.hrtf;
+    if (given.headphones != nullptr) options.headphones = given.headphones;
     options.half_precision_tail = given.half_precision_tail != 0;
     options.listeners = count_or(given.listeners, options.listeners, kMaxListeners, "listeners");
     options.max_sources =

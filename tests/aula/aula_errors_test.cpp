@@ -177,6 +177,14 @@ TEST_CASE("Invalid arguments are refused with one line and status 2") {
         {{scene, "--offline", out, "--hrtf", folder.path() / "none.sofa"}, {"none.sofa"}},
         {{scene, "--offline", out, "--hrtf", AULA_SOURCE_DIR "/tests/fuzz/corpus/sofa/nan.sofa"},
          {"nan.sofa", "is not finite"}},
+        {{scene, "--offline", out, "--headphones", ""}, {"--headphones", "a sound file"}},
+        {{scene, "--offline", out, "--headphones", folder.path() / "none.wav"}, {"none.wav"}},
+        {{scene, "--offline", out, "--headphones", scene}, {"room.json"}},
+        {{scene, "--offline", out, "--headphones", "h.wav", "--output", "foa"},
+         {"--headphones: is for binaural output; expected no --output"}},
+        {{scene, "--report", "--headphones", "h.wav"}, {"--headphones: is not used by", "--ir"}},
+        {{"map", scene, "--out", folder.path(), "--headphones", "h.wav"},
+         {"--headphones", "aula map"}},
     };
     for (const Bad& bad : all) require_refused(folder, bad.arguments, bad.parts);
 }
@@ -270,6 +278,7 @@ TEST_CASE("Help and version go to standard output with status 0") {
                                "--ambisonic-order",
                                "--half-precision-tail",
                                "--hrtf",
+                               "--headphones",
                                "--format",
                                "--sample-rate",
                                "--block",

@@ -348,6 +348,14 @@ TEST_CASE("C: options out of range are errors") {
         o.output = AULA_BINAURAL;
         o.hrtf = "/no/such.sofa";
     }));
+    CHECK(refuses([](aula_options& o) {
+        o.output = AULA_BINAURAL;
+        o.headphones = "/no/such.wav";
+    }));
+    CHECK(refuses([](aula_options& o) {
+        o.output = AULA_MONO;
+        o.headphones = "headphones.wav";
+    }));
 }
 
 TEST_CASE("C: a room has the channels of its output for each listener") {

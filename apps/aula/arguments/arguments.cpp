@@ -237,6 +237,10 @@ class Options {
             if (file.empty()) refuse_value("--hrtf", file, "a SOFA file");
             session.hrtf = file;
         });
+        text("--headphones", [&](const std::string& file) {
+            if (file.empty()) refuse_value("--headphones", file, "a sound file");
+            session.headphones = file;
+        });
         choice<SampleFormat>("--format",
                              {{"float", SampleFormat::float32},
                               {"pcm24", SampleFormat::pcm24},
@@ -321,6 +325,7 @@ class Options {
         read_documents(word);
         if (word != Command::play) return word;
 
+        check_headphones();
         arguments_.report = report_.has_value();
         if (report_ && !report_->empty()) arguments_.report_json = *report_;
         const bool measures = arguments_.ir || arguments_.echogram || arguments_.report;
@@ -335,6 +340,15 @@ class Options {
                 "--no-dither: float is not dithered; expected --format pcm24 or pcm16");
         if (offline_) arguments_.offline = *offline_;
         return measures ? Command::measure : offline_ ? Command::render : Command::play;
+    }
+
+    void check_headphones() const {
+        if (arguments_.session.headphones.empty()) return;
+        if (arguments_.session.output != OutputFormat::binaural)
+            throw InputError("--headphones: is for binaural output; expected no --output");
+        if (!arguments_.ir && (arguments_.echogram || report_))
+            throw InputError(
+                "--headphones: is not used by --echogram and --report; expected --ir, too");
     }
 
     /// Parses `materials`, `materials list`, `materials WORD` and `materials show NAME`.
@@ -431,7 +445,8 @@ class Options {
         for (const char* const name :
              {"--offline", "--ir", "--echogram", "--report", "--bin-ms", "--list-devices",
               "--screenshot", "--after", "--duration", "--output", "--format", "--sample-rate",
-              "--no-dither", "--block", "--hrtf", "--device", "--osc", "--no-window"}) {
+              "--no-dither", "--block", "--hrtf", "--headphones", "--device", "--osc",
+              "--no-window"}) {
             if (app_.get_option(name)->count() > 0)
                 throw InputError(std::string(name) + ": is not used by aula " + command +
                                  "; expected no such option");

@@ -123,6 +123,8 @@ sound
                          directions better and costs more [1]
   --half-precision-tail  late reverberation from 16-bit filters: half the memory, error -74 dB
   --hrtf FILE.sofa       head-related impulse responses [MIT KEMAR]
+  --headphones FILE.wav  impulse response with which binaural output is convolved: one channel for
+                         both ears, or left and right, at most 4 s; 1.0 is the gain 1 [none]
   --format FORMAT        sample format of --offline: float, pcm24 or pcm16; pcm with a limiter
                          [float]
   --no-dither            pcm: rounding without dither [triangular dither from --seed]

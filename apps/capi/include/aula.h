@@ -108,6 +108,9 @@ typedef struct aula_options {
                                     but one */
     uint64_t max_memory_bytes;   /* a room whose renderers take more when it is created, some MB for
                                     each of max_sources at each listener, is refused; 0: 2^32 */
+    const char *headphones;      /* sound file of an impulse response of at most 4 s with which the
+                                    output of AULA_BINAURAL is convolved: 1 channel for both ears, or
+                                    left and right; 1.0 is the gain 1; null: none */
 } aula_options;
 
 /* The input of a source in one call of aula_room_process() or aula_room_process_exactly(). */

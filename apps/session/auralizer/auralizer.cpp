@@ -196,6 +196,8 @@ double Auralizer::response_length_s() const {
     return state_->playback->computer().response_length_s();
 }
 
+double Auralizer::heard_length_s() const { return state_->playback->heard_length_s(); }
+
 float Auralizer::patch_size_m() const { return state_->playback->computer().patch_size_m(); }
 
 std::int64_t Auralizer::tail_samples() const { return state_->playback->tail_samples(); }
@@ -203,7 +205,7 @@ std::int64_t Auralizer::tail_samples() const { return state_->playback->tail_sam
 std::vector<std::vector<float>> Auralizer::impulse_response(SourceId source,
                                                             std::size_t listener) const {
     if (listener >= state_->options.listeners) return {};
-    return state_->playback->computer().impulse_response(source, listener);
+    return state_->playback->impulse_response(source, listener);
 }
 
 bool Auralizer::visible(SourceId source, std::size_t listener) const {

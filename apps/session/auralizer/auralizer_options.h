@@ -13,6 +13,7 @@ inline AuralizerOptions auralizer_options(const Scene& scene, const SessionOptio
             .output = options.output,
             .ambisonic_order = options.ambisonic_order,
             .hrtf = options.hrtf,
+            .headphones = options.headphones,
             .half_precision_tail = options.half_precision_tail,
             .max_sources = scene.sources.size(),
             .max_memory_bytes = options.max_memory_bytes};

@@ -32,6 +32,8 @@ void check_options(const AuralizerOptions& options) {
     require(options.ambisonic_order >= 1 && options.ambisonic_order <= 3,
             "the ambisonic order is not between 1 and 3");
     require(options.listeners >= 1, "there is no listener");
+    require(options.headphones.empty() || options.output == OutputFormat::binaural,
+            "headphones are for binaural output");
 }
 
 void check_position(const Vec3& position) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "audio/file/headphone_file.h"
+
 namespace aula {
 
 namespace {
@@ -17,6 +19,11 @@ constexpr double kRingTail_s = 0.1;
 std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
     if (options.output != OutputFormat::binaural) return nullptr;
     return load_hrtf(options.hrtf, options.sample_rate_hz);
+}
+
+std::shared_ptr<const HeadphoneFilter> headphones_of(const AuralizerOptions& options) {
+    if (options.headphones.empty()) return nullptr;
+    return read_headphones(options.headphones, options.sample_rate_hz);
 }
 
 /// Slots of the renderer beyond AuralizerOptions::max_sources. The slot of a removed source is
@@ -45,9 +52,10 @@ RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, 
                            std::shared_ptr<const Hrtf> hrtf)
     : rate_hz_(options.sample_rate_hz),
       before_frame_(options.before_frame),
+      headphones_(headphones_of(options)),
       computer_(scene, settings_of(scene, options, block),
                 hrtf ? std::move(hrtf) : hrtf_of(options)),
-      renderer_(computer_.config(), options.listeners, computer_.hrtf()),
+      renderer_(computer_.config(), options.listeners, computer_.hrtf(), headphones_.get()),
       renderer_slots_(computer_.config().sources),
       pause_(rate_hz_, block),
       tail_samples_(tail_of(computer_.config().longest_delay_s)),
@@ -195,7 +203,19 @@ void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double ti
 /// How long sources are audible after their signals have ended.
 std::int64_t RoomPlayback::tail_of(double longest_delay_s) const {
     const double length_s = std::max(computer_.response_length_s(), longest_delay_s);
-    return std::llround((length_s + kRingTail_s) * rate_hz_);
+    return std::llround((length_s + headphones_s() + kRingTail_s) * rate_hz_);
+}
+
+/// How long the headphone filter rings after a sample.
+double RoomPlayback::headphones_s() const {
+    return headphones_ ? static_cast<double>(headphones_->taps() - 1) / rate_hz_ : 0;
+}
+
+std::vector<std::vector<float>> RoomPlayback::impulse_response(SourceId source,
+                                                               std::size_t listener) const {
+    auto response = computer_.impulse_response(source, listener);
+    if (headphones_ && !response.empty()) equalize(*headphones_, response);
+    return response;
 }
 
 std::int64_t RoomPlayback::newest_tail_samples() const {

@@ -48,6 +48,10 @@ class RoomPlayback {
     AuralizerStatus status() const;
     const FrameComputer& computer() const { return computer_; }
     std::int64_t tail_samples() const { return tail_samples_.load(); }
+    double heard_length_s() const { return computer_.response_length_s() + headphones_s(); }
+
+    /// See Auralizer::impulse_response().
+    std::vector<std::vector<float>> impulse_response(SourceId source, std::size_t listener) const;
 
     virtual int latency_samples() const = 0;
     virtual void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
@@ -90,6 +94,7 @@ class RoomPlayback {
 
     const double rate_hz_;
     const std::function<void(Auralizer&, double)> before_frame_;
+    const std::shared_ptr<const HeadphoneFilter> headphones_;  ///< null: none
     FrameComputer computer_;
     RoomRenderer renderer_;                   ///< used by the rendering thread
     SourceSlots renderer_slots_;              ///< the assignment last sent to the renderer
@@ -105,6 +110,7 @@ class RoomPlayback {
 
  private:
     std::int64_t tail_of(double longest_delay_s) const;
+    double headphones_s() const;
 
     std::thread::id frame_thread_;  ///< protected by the mutex, like the following members
     SourceRegister sources_;

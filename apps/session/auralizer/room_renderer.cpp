@@ -15,7 +15,8 @@ constexpr double kSourceFade_s = 0.02;
 }  // namespace
 
 RoomRenderer::RoomRenderer(const RendererConfig& config, std::size_t listeners,
-                           const std::shared_ptr<const Hrtf>& hrtf)
+                           const std::shared_ptr<const Hrtf>& hrtf,
+                           const HeadphoneFilter* headphones)
     : channels_(channel_count(config.output)),
       rest_samples_(frame_samples(config)),
       silence_(static_cast<std::size_t>(config.block)),
@@ -23,8 +24,10 @@ RoomRenderer::RoomRenderer(const RendererConfig& config, std::size_t listeners,
     const Fade fade(static_cast<std::size_t>(std::lround(kSourceFade_s * config.sample_rate_hz)));
     for (std::size_t s = 0; s < config.sources; ++s)
         slots_.push_back({{}, {}, 0, fade, std::vector<float>(silence_.size())});
-    for (std::size_t l = 0; l < listeners; ++l)
+    for (std::size_t l = 0; l < listeners; ++l) {
         listeners_.push_back(std::make_unique<Listener>(config, hrtf));
+        if (headphones != nullptr) listeners_.back()->headphones.emplace(*headphones, config.block);
+    }
 }
 
 void RoomRenderer::set_source(std::size_t index, SourceId source) noexcept {
@@ -110,6 +113,9 @@ void RoomRenderer::render(std::span<const SourceSignal> inputs, int offset,
         Listener& listener = *listeners_[l];
         const std::span<float* const> heard = outputs.subspan(l * channels_, channels_);
         listener.renderer.render(inputs_, listener.head.advance(samples), heard, samples);
+        for (float* const channel : heard) mute({channel, static_cast<std::size_t>(samples)});
+        if (!listener.headphones) continue;
+        listener.headphones->process(heard, samples);
         for (float* const channel : heard) mute({channel, static_cast<std::size_t>(samples)});
     }
     time_samples_ += samples;

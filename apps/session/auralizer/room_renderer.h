@@ -3,11 +3,13 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "apps/session/frames/sound_at_listener.h"
 #include "audio/dsp/fade.h"
+#include "audio/render/headphones.h"
 #include "audio/render/renderer.h"
 #include "aula/auralizer.h"
 
@@ -19,8 +21,10 @@ namespace aula {
 /// outputs. [audio thread, except the constructor]
 class RoomRenderer {
  public:
+    /// `headphones`: of binaural output; null: none.
     RoomRenderer(const RendererConfig& config, std::size_t listeners,
-                 const std::shared_ptr<const Hrtf>& hrtf);
+                 const std::shared_ptr<const Hrtf>& hrtf,
+                 const HeadphoneFilter* headphones = nullptr);
 
     /// The mailbox that delivers a listener's frames.
     Mailbox<RenderFrame>& frames(std::size_t listener) noexcept {
@@ -64,6 +68,7 @@ class RoomRenderer {
             : renderer(config, std::move(hrtf)), head(frame_samples(config)) {}
         Renderer renderer;
         HeadMotion head;
+        std::optional<HeadphoneEqualizer> headphones{};
     };
 
     const float* signal(const Slot& slot, std::span<const SourceSignal> inputs,

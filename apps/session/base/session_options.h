@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "audio/render/headphones.h"
 #include "audio/render/renderer.h"
 #include "aula/audio/sound_file.h"
 
@@ -21,9 +22,10 @@ struct SessionOptions {
     double sample_rate_hz = 48000;
     int block = 256;  ///< samples
     OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
-    bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
-    std::filesystem::path hrtf;        ///< SOFA file; empty: MIT KEMAR
+    int ambisonic_order = 1;             ///< of the reverberation in binaural output, 1 to 3
+    bool half_precision_tail = false;    ///< of late reverberation, see RendererConfig
+    std::filesystem::path hrtf;          ///< SOFA file; empty: MIT KEMAR
+    std::filesystem::path headphones{};  ///< see AuralizerOptions; empty: none
     SampleFormat format = SampleFormat::float32;  ///< of rendered files; PCM passes a limiter
     bool dither = true;                           ///< of PCM, from the simulation's seed
     std::optional<double> duration_s;             ///< if absent: from the scene
@@ -40,6 +42,10 @@ struct SessionOptions {
 
 /// The HRTF of binaural output at a sample rate; null for other outputs. Throws InputError.
 std::shared_ptr<const Hrtf> hrtf_for(const SessionOptions& options, double sample_rate_hz);
+
+/// The filter of binaural output for headphones; null if there is none. Throws InputError.
+std::shared_ptr<const HeadphoneFilter> headphones_for(const SessionOptions& options,
+                                                      double sample_rate_hz);
 
 /// Receives the completed share, 0..1; returns false to stop.
 using Progress = std::function<bool(double done)>;

@@ -52,7 +52,7 @@ std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared) {
         live_timeline({.scene = prepared.scene,
                        .signals = prepared.signals,
                        .sample_rate_hz = sample_rate_hz,
-                       .response_length_s = auralizer->room().response_length_s(),
+                       .response_length_s = auralizer->room().heard_length_s(),
                        .duration_s = options.duration_s});
     return std::make_unique<ScenePlayback>(std::move(auralizer), prepared.signals, timeline,
                                            options.block, prepared.start);

@@ -11,6 +11,7 @@
 #include "apps/session/offline/diffuse_noise.h"
 #include "apps/session/waves/wave_join.h"
 #include "apps/session/waves/wave_synthesis.h"
+#include "audio/file/headphone_file.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
@@ -27,6 +28,11 @@ std::shared_ptr<const Hrtf> read_hrtf(const ImpulseResponseOptions& options) {
     return options.output == OutputFormat::binaural
                ? load_hrtf(options.hrtf, options.sample_rate_hz)
                : nullptr;
+}
+
+std::shared_ptr<const HeadphoneFilter> read_filter(const ImpulseResponseOptions& options) {
+    if (options.headphones.empty() || options.output != OutputFormat::binaural) return nullptr;
+    return read_headphones(options.headphones, options.sample_rate_hz);
 }
 
 /// The renderer's settings for a pair of a measurement.
@@ -53,15 +59,18 @@ void check(const ImpulseResponseOptions& options) {
         throw InputError("impulse responses: expected blocks of 1 to 8192 samples");
     if (options.ambisonic_order < 1 || options.ambisonic_order > 3)
         throw InputError("impulse responses: expected an ambisonic order from 1 to 3");
+    if (!options.headphones.empty() && options.output != OutputFormat::binaural)
+        throw InputError("impulse responses: headphones: expected binaural output");
 }
 
 }  // namespace
 
 struct ImpulseResponses::State {
     State(const Measurement& measured, const ImpulseResponseOptions& options,
-          std::shared_ptr<const Hrtf> head)
+          std::shared_ptr<const Hrtf> head, std::shared_ptr<const HeadphoneFilter> filter)
         : measurement(measured),
           hrtf(std::move(head)),
+          headphones(std::move(filter)),
           config(config_of(measured, options)),
           is_array(measured.receivers.size() > 1) {
         if (!is_array && !measured.images)
@@ -74,6 +83,7 @@ struct ImpulseResponses::State {
 
     const Measurement& measurement;
     std::shared_ptr<const Hrtf> hrtf;
+    std::shared_ptr<const HeadphoneFilter> headphones;  ///< null: none
     RendererConfig config;
     bool is_array;                                ///< the receivers hear one field
     std::shared_ptr<const NoiseCarriers> shared;  ///< of all pairs, unless they are an array
@@ -144,6 +154,7 @@ std::vector<std::vector<float>> ImpulseResponses::State::rendered(const SourceSo
     if (!renderer)
         renderer = std::make_unique<ResponseRenderer>(config, measurement.length_s, hrtf);
     auto response = renderer->response(sound, measurement.receivers[receiver]);
+    if (headphones) equalize(*headphones, response);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(renderer));
     return response;
@@ -151,13 +162,15 @@ std::vector<std::vector<float>> ImpulseResponses::State::rendered(const SourceSo
 
 ImpulseResponses::ImpulseResponses(const Measurement& measurement,
                                    const ImpulseResponseOptions& options)
-    : ImpulseResponses(measurement, (check(options), options), read_hrtf(options)) {}
+    : ImpulseResponses(measurement, (check(options), options), read_hrtf(options),
+                       read_filter(options)) {}
 
 ImpulseResponses::ImpulseResponses(const Measurement& measurement,
                                    const ImpulseResponseOptions& options,
-                                   std::shared_ptr<const Hrtf> hrtf) {
+                                   std::shared_ptr<const Hrtf> hrtf,
+                                   std::shared_ptr<const HeadphoneFilter> headphones) {
     check(options);
-    state_ = std::make_unique<State>(measurement, options, std::move(hrtf));
+    state_ = std::make_unique<State>(measurement, options, std::move(hrtf), std::move(headphones));
 }
 
 ImpulseResponses::~ImpulseResponses() = default;

@@ -71,7 +71,7 @@ struct OfflineRendering::State {
           timeline(offline_timeline({.scene = scene,
                                      .signals = signals,
                                      .sample_rate_hz = options.sample_rate_hz,
-                                     .response_length_s = auralizer.response_length_s(),
+                                     .response_length_s = auralizer.heard_length_s(),
                                      .duration_s = options.duration_s})),
           samples(std::llround(timeline.end_s * options.sample_rate_hz)) {}
 

@@ -50,7 +50,7 @@ class OfflineRendering {
     std::unique_ptr<State> state_;
 };
 
-/// The options of a session's impulse responses, without the HRTF.
+/// The options of a session's impulse responses, without the HRTF and the headphones.
 ImpulseResponseOptions response_options(const SessionOptions& options);
 
 /// Renders a scene to a WAV file as OfflineRendering. The same scene, seed and options give the

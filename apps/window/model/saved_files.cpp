@@ -67,7 +67,8 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
                                               .ambisonic_order = session.ambisonic_order,
                                               .half_precision_tail = session.half_precision_tail,
                                               .block = session.block},
-                                             hrtf_for(session, session.sample_rate_hz));
+                                             hrtf_for(session, session.sample_rate_hz),
+                                             headphones_for(session, session.sample_rate_hz));
     const auto channels = impulse_responses.response(0);
     WavWriter writer(response_file.path(), session.sample_rate_hz, channels.size(),
                      SampleFormat::float32);

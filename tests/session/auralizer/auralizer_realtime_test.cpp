@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "aula/audio/sound_file.h"
 #include "aula/auralizer.h"
 #include "tests/support/realtime_trap.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 
 using namespace aula;
@@ -21,6 +23,11 @@ TEST_CASE(
     AuralizerOptions options;
     options.listeners = 2;
     options.max_sources = 3;
+    const TemporaryFolder folder;
+    options.headphones = folder.path() / "headphones.wav";
+    WavWriter writer(options.headphones, 48000, 1, SampleFormat::float32);
+    writer.write(std::vector<float>(3000, 1e-3F));
+    writer.commit();
     Auralizer auralizer(scene, options);
     std::vector<float> input(600, 0.1F);
     std::vector<std::vector<float>> channels(auralizer.output_channels(),

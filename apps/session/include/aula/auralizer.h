@@ -53,8 +53,12 @@ struct AuralizerOptions {
     /// Exact clock only: renders sample by sample without latency, at several times the cost.
     bool sample_by_sample = false;
     OutputFormat output = OutputFormat::binaural;  ///< of each listener
-    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
-    std::filesystem::path hrtf;        ///< SOFA file for binaural output; empty: MIT KEMAR
+    int ambisonic_order = 1;     ///< of the reverberation in binaural output, 1 to 3
+    std::filesystem::path hrtf;  ///< SOFA file for binaural output; empty: MIT KEMAR
+    /// Sound file of an impulse response of at most 4 s with which binaural output is convolved:
+    /// one channel for both ears, or left and right; 1.0 is the gain 1, at any sample rate. Empty:
+    /// none.
+    std::filesystem::path headphones{};
     bool half_precision_tail = false;  ///< late reverberation in half the memory, error -74 dB
     std::size_t listeners = 1;         ///< number of listeners, at least 1; indices from 0
     /// Largest number of sources that are present at the same time; at least that of the scene is
@@ -236,7 +240,7 @@ class Auralizer {
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
 
     /// Number of outputs of render(): channel_count() of the output format for each listener.
-    /// Constant, as are the three values below; any thread may ask for them.
+    /// Constant, as are the four values below; any thread may ask for them.
     std::size_t output_channels() const;
 
     /// Delay from the inputs to the outputs of render(): 0 on the real-time clock, 256 on the exact
@@ -247,8 +251,11 @@ class Auralizer {
     /// AuralizerOptions::sample_rate_hz.
     double sample_rate_hz() const;
 
-    /// Length of the impulse responses: see Propagation::response_length_s().
+    /// Length of the responses of the room: see Propagation::response_length_s().
     double response_length_s() const;
+
+    /// The same with the filter of AuralizerOptions::headphones, which comes after the room.
+    double heard_length_s() const;
 
     /// See Propagation::patch_size_m.
     float patch_size_m() const;

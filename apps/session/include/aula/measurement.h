@@ -23,6 +23,7 @@ namespace aula {
 
 class BoxImages;
 class Hrtf;
+struct HeadphoneFilter;
 struct JoinedWaves;
 
 /// The parameters of a measurement, in the order of their columns. More may follow at the end.
@@ -206,6 +207,7 @@ struct ImpulseResponseOptions {
     bool half_precision_tail = false;          ///< late reverberation with an error of -74 dB
     int block = 256;               ///< samples rendered together, 1 to 8192; affects rounding only
     std::filesystem::path hrtf{};  ///< SOFA file for binaural output; empty: MIT KEMAR
+    std::filesystem::path headphones{};  ///< of binaural output, see AuralizerOptions; empty: none
 };
 
 /// Makes impulse responses from a measurement, as a renderer plays them for a listener at rest.
@@ -217,13 +219,16 @@ struct ImpulseResponseOptions {
 /// and the seed only.
 class ImpulseResponses {
  public:
-    /// Keeps a reference to the measurement. Reads the HRTF for binaural output. Throws InputError.
+    /// Keeps a reference to the measurement. Reads the HRTF and the headphones for binaural output.
+    /// Throws InputError.
     ImpulseResponses(const Measurement& measurement, const ImpulseResponseOptions& options);
 
-    /// The same with an HRTF that has been read at the options' sample rate; null unless the output
-    /// is binaural. `Hrtf` is an internal type.
+    /// The same with an HRTF, null unless the output is binaural, and headphones, null for none,
+    /// that have been read at the options' sample rate. `Hrtf` and `HeadphoneFilter` are internal
+    /// types.
     ImpulseResponses(const Measurement& measurement, const ImpulseResponseOptions& options,
-                     std::shared_ptr<const Hrtf> hrtf);
+                     std::shared_ptr<const Hrtf> hrtf,
+                     std::shared_ptr<const HeadphoneFilter> headphones = nullptr);
     ~ImpulseResponses();
     ImpulseResponses(const ImpulseResponses&) = delete;
     ImpulseResponses& operator=(const ImpulseResponses&) = delete;
@@ -231,8 +236,8 @@ class ImpulseResponses {
     /// The impulse response of a source at a receiver: [channel][sample], channel_count(output)
     /// channels. Sample 0 is the emission; the source's gain is applied. 1.0 is the pressure at a
     /// distance of 1 m in a free field. The length is that of the measurement, or longer if distant
-    /// direct sound requires it. Indices are not checked. It is fastest source by source. [several
-    /// threads]
+    /// direct sound requires it, and longer by the filter of headphones. Indices are not checked.
+    /// It is fastest source by source. [several threads]
     std::vector<std::vector<float>> response(std::size_t source, std::size_t receiver = 0) const;
 
  private:
