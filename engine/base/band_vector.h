@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "aula/engine/bands.h"
+#include "aula/engine/direction_moments.h"
 
 // GCC warns that the calling convention of such vectors depends on version and options. All
 // functions that take them are inline.
@@ -94,15 +95,12 @@ inline BandVector max_of_bands(BandVector v) {
     return max_of(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
 }
 
-/// A direction and an unused number.
-using FourVector = float __attribute__((vector_size(16)));
-
-inline FourVector load_four(const float* from) {
-    FourVector v;
-    std::memcpy(&v, from, sizeof v);
+/// The moments in the order of their declaration.
+inline BandVector load_moments(const DirectionMoments& from) {
+    static_assert(sizeof from == sizeof(BandVector));
+    BandVector v;
+    std::memcpy(&v, &from, sizeof v);
     return v;
 }
-
-inline void store_four(const FourVector& v, float* to) { std::memcpy(to, &v, sizeof v); }
 
 }  // namespace aula

@@ -3,16 +3,16 @@
 #include <vector>
 
 #include "aula/engine/bands.h"
+#include "aula/engine/direction_moments.h"
 #include "aula/engine/time_bins.h"
-#include "aula/engine/vec3.h"
 
 namespace aula {
 
 /// Energies and their directions over time bins.
 struct TimeHistogram {
-    const float* energy = nullptr;     ///< [bin][band]
-    const float* intensity = nullptr;  ///< [bin][4], the last unused but finite; or null
-    Bands total;                       ///< over bins
+    const float* energy = nullptr;      ///< [bin][band]
+    const float* directions = nullptr;  ///< [bin][moment], see DirectionMoments; or null
+    Bands total;                        ///< over bins
 };
 
 /// A sum of histograms, each delayed. Energy is uniform in time inside a bin. A delayed bin divides
@@ -25,14 +25,13 @@ class ShiftedHistogram {
 
     /// Adds bins [first_bin, end_bin) of a histogram of the same bins, delayed by `delay_s` >= 0
     /// and multiplied by `weight`. The directions are those of the histogram, with the mean weight
-    /// over its total; or, if it has none, `direction`.
+    /// over its total; or, if it has none, `directions` of unit energy.
     void add(const TimeHistogram& histogram, std::size_t first_bin, std::size_t end_bin,
-             double delay_s, const Bands& weight, const Vec3& direction);
+             double delay_s, const Bands& weight, const DirectionMoments& directions);
 
     Bands energy(std::size_t bin) const;
 
-    /// See EnergyResponse::intensity.
-    Vec3 intensity(std::size_t bin) const;
+    DirectionMoments directions(std::size_t bin) const;
 
  private:
     /// Consecutive bins of equal width.
@@ -46,8 +45,8 @@ class ShiftedHistogram {
     std::vector<Region> regions_;
 
     // One bin more than the bins receives the overflow at the end.
-    std::vector<float> energy_;     ///< [bin][band]
-    std::vector<float> intensity_;  ///< [bin][4]
+    std::vector<float> energy_;      ///< [bin][band]
+    std::vector<float> directions_;  ///< [bin][moment]
 };
 
 }  // namespace aula

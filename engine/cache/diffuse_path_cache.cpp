@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <deque>
+#include <glm/geometric.hpp>
 #include <vector>
 
 namespace aula {
@@ -155,7 +156,13 @@ void DiffusePathCache::add_to(const SpecularSound& images, EnergyResponse& respo
         Bands energy;
         for (std::size_t b = 0; b < kBandCount; ++b) energy[b] = to_float(entry.energy_sum[b]);
         const auto& [x, y, z] = entry.intensity_sum;
-        response.add(length_m, energy, Vec3(to_float(x), to_float(y), to_float(z)));
+        const Vec3 intensity(to_float(x), to_float(y), to_float(z));
+        const float length = glm::length(intensity);
+        // The arrivals of a path have nearly one direction.
+        DirectionMoments directions;
+        if (length > 0) directions = DirectionMoments::of(intensity / length) * energy.sum();
+        directions.intensity = intensity;
+        response.add(length_m, energy, directions);
     }
 }
 

@@ -26,7 +26,7 @@ class DiffusePathCache {
         std::int64_t emitted_count = 0;                     ///< mu
         std::array<std::int64_t, kBandCount> energy_sum{};  ///< I-hat, see to_fixed()
         std::int64_t length_sum = 0;                        ///< r-hat, in 2^-20 m
-        std::array<std::int64_t, 3> intensity_sum{};        ///< see EnergyResponse::intensity
+        std::array<std::int64_t, 3> intensity_sum{};        ///< see DirectionMoments::intensity
         std::int64_t inserted_frame = 0;
         std::uint64_t image = 0;  ///< see Arrival
     };

@@ -10,7 +10,7 @@ namespace aula {
 
 namespace {
 
-constexpr std::size_t kAxes = RowPool::kAxes;
+constexpr std::size_t kMoments = RowPool::kMoments;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits
 
 }  // namespace
@@ -29,12 +29,12 @@ PatchCache::Table& PatchCache::Table::operator=(Table&& other) noexcept {
 /// Gives the rows back.
 void PatchCache::Table::clear() {
     for (const Row& row : rows)
-        memory->give_back(row.sum, row.intensity, row.first_bin, row.end_bin);
+        memory->give_back(row.sum, row.directions, row.first_bin, row.end_bin);
     rows.clear();
 }
 
 std::size_t PatchCache::row_bytes(std::size_t bin_count, bool directed) {
-    return bin_count * (kBandCount + (directed ? kAxes : 0)) * sizeof(float);
+    return bin_count * (kBandCount + (directed ? kMoments : 0)) * sizeof(float);
 }
 
 void PatchCache::clear() {
@@ -57,13 +57,13 @@ void PatchCache::add_batch(PatchCache& cache, const DepositBatch& batch, std::si
             const Deposit& soon = deposits[i + kPrefetchDistance];
             const Row& row = cache.table_.rows[soon.patch];
             if (row.sum) __builtin_prefetch(&row.sum[soon.bin * kBandCount], 1);
-            if (row.intensity) __builtin_prefetch(&row.intensity[soon.bin * kAxes], 1);
+            if (row.directions) __builtin_prefetch(&row.directions[soon.bin * kMoments], 1);
         }
         const Deposit& deposit = deposits[i];
         Row& row = cache.table_.rows[deposit.patch];
         if (!row.sum) {
             row.sum = cache.table_.memory->take_sums();
-            if (cache.directed_) row.intensity = cache.table_.memory->take_intensities();
+            if (cache.directed_) row.directions = cache.table_.memory->take_directions();
             ++cache.allocated_rows_[part];
         }
         row.first_bin = std::min<std::uint32_t>(row.first_bin, deposit.bin);
@@ -74,10 +74,9 @@ void PatchCache::add_batch(PatchCache& cache, const DepositBatch& batch, std::si
         store_bands(load_bands(row.total) + energy, row.total.value.data());
         if (cache.directed_) {
             const float all = sum_of_bands(energy)[0];
-            const Vec3& from = batch.departures[deposit.ray];
-            float* const intensity = &row.intensity[deposit.bin * kAxes];
-            store_four(load_four(intensity) + FourVector{from.x, from.y, from.z, 0} * all,
-                       intensity);
+            const auto from = load_moments(DirectionMoments::of(batch.departures[deposit.ray]));
+            float* const directions = &row.directions[deposit.bin * kMoments];
+            store_bands(load_bands(directions) + from * all, directions);
         }
     }
 }

@@ -13,7 +13,7 @@
 namespace aula {
 
 /// The energy that every patch radiates for one emitter, B(patch, arrival-time bin), independent of
-/// the other end. For a listener it also stores the arrival direction, which is the direction of
+/// the other end. For a listener it also stores the directions of arrival, which are those of
 /// emission of the rays. It accumulates all frames since the emitter or the scene last changed: the
 /// owner clears it after each change. [propagation thread]
 class PatchCache {
@@ -26,15 +26,15 @@ class PatchCache {
     /// and last bin of it. The memory has zeros there, too. Threads that add to neighbouring
     /// patches share no cache line.
     struct alignas(64) Row {
-        float* sum = nullptr;        ///< [bin][band], relative to a ray's initial energy
-        float* intensity = nullptr;  ///< [bin][axis], RowPool::kAxes, see
-                                     ///< EnergyResponse::intensity; null for a source
+        float* sum = nullptr;         ///< [bin][band], relative to a ray's initial energy
+        float* directions = nullptr;  ///< [bin][moment], RowPool::kMoments, see
+                                      ///< DirectionMoments; null for a source
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
         Bands total;  ///< over bins
     };
 
-    /// `directed`: stores the intensity. `memory` holds the rows, of `bin_count` bins; absent:
+    /// `directed`: stores the directions. `memory` holds the rows, of `bin_count` bins; absent:
     /// memory of this cache only.
     explicit PatchCache(std::size_t bin_count, bool directed = false,
                         std::shared_ptr<RowPool> memory = nullptr);

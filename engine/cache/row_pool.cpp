@@ -23,7 +23,7 @@ void touch(float* row, std::size_t size) {
 }  // namespace
 
 RowPool::RowPool(std::size_t bin_count)
-    : sums_{kBandCount, bin_count}, intensities_{kAxes, bin_count} {}
+    : sums_{kBandCount, bin_count}, directions_{kMoments, bin_count} {}
 
 float* RowPool::Rows::take(RowPool& memory) {
     std::unique_lock lock(memory.mutex_);
@@ -49,11 +49,11 @@ void RowPool::Rows::give_back(float* row, std::size_t first_bin, std::size_t end
     }
 }
 
-void RowPool::give_back(float* sums, float* intensities, std::size_t first_bin,
+void RowPool::give_back(float* sums, float* directions, std::size_t first_bin,
                         std::size_t end_bin) {
     const std::lock_guard lock(mutex_);
     sums_.give_back(sums, first_bin, end_bin);
-    intensities_.give_back(intensities, first_bin, end_bin);
+    directions_.give_back(directions, first_bin, end_bin);
 }
 
 void RowPool::Rows::clear(std::size_t& bytes_left) {
@@ -73,18 +73,18 @@ void RowPool::Rows::reserve(std::size_t rows, std::size_t& bytes_left, HugePageA
     }
 }
 
-void RowPool::reserve(std::size_t sums, std::size_t intensities, std::size_t most_bytes) {
+void RowPool::reserve(std::size_t sums, std::size_t directions, std::size_t most_bytes) {
     const std::lock_guard lock(mutex_);
     std::size_t most_cleared_bytes = most_bytes / kClearedPart;
     sums_.clear(most_cleared_bytes);
-    intensities_.clear(most_cleared_bytes);
+    directions_.clear(most_cleared_bytes);
     sums_.reserve(sums, most_bytes, arena_);
-    intensities_.reserve(intensities, most_bytes, arena_);
+    directions_.reserve(directions, most_bytes, arena_);
 }
 
 std::size_t RowPool::free_bytes() const {
     const std::lock_guard lock(mutex_);
-    return sums_.free_bytes() + intensities_.free_bytes();
+    return sums_.free_bytes() + directions_.free_bytes();
 }
 
 }  // namespace aula

@@ -21,21 +21,21 @@ class RowPool {
 
     /// Zeros: [bin][band].
     float* take_sums() { return sums_.take(*this); }
-    /// Zeros: [bin][axis], kAxes.
-    float* take_intensities() { return intensities_.take(*this); }
+    /// Zeros: [bin][moment], kMoments.
+    float* take_directions() { return directions_.take(*this); }
 
     /// Takes back rows that are zero outside the bins [first_bin, end_bin). Null is ignored. They
     /// are cleared by reserve(), or when they are taken.
-    void give_back(float* sums, float* intensities, std::size_t first_bin, std::size_t end_bin);
+    void give_back(float* sums, float* directions, std::size_t first_bin, std::size_t end_bin);
 
     /// Maps rows of at most `most_bytes`, as long as fewer than this number of rows is free, and
     /// clears rows that have been given back, of a quarter as many bytes.
-    void reserve(std::size_t sums, std::size_t intensities, std::size_t most_bytes);
+    void reserve(std::size_t sums, std::size_t directions, std::size_t most_bytes);
 
     /// Bytes of the rows that no cache uses.
     std::size_t free_bytes() const;
 
-    static constexpr std::size_t kAxes = 4;  ///< x, y, z, and an unused number, which is 0
+    static constexpr std::size_t kMoments = 8;  ///< those of DirectionMoments
 
  private:
     /// A row that is zero outside these numbers.
@@ -64,7 +64,7 @@ class RowPool {
     mutable std::mutex mutex_;
     HugePageArena arena_;
     Rows sums_;
-    Rows intensities_;
+    Rows directions_;
 };
 
 }  // namespace aula

@@ -109,12 +109,12 @@ std::uint64_t add_hit(const GatherHit& hit, const PatchCache& cache, std::size_t
     if (hit.patch >= cache.row_count()) return 0;
     const PatchCache::Row& row = cache.row(hit.patch);
     if (!row.sum) return 0;
-    const TimeHistogram radiated{row.sum, row.intensity, row.total};
+    const TimeHistogram radiated{row.sum, row.directions, row.total};
     const Bands weight = hit.weight * scale;
     std::uint64_t bins = 0;
     const auto add = [&](std::size_t first, std::size_t end, float factor) {
         if (first >= end) return;
-        sum.add(radiated, first, end, delay_s, weight * factor, hit.direction);
+        sum.add(radiated, first, end, delay_s, weight * factor, hit.directions);
         bins += end - first;
     };
     add(row.first_bin, std::min<std::size_t>(row.end_bin, late_bin), 1);
@@ -129,7 +129,7 @@ void join(GatherHit& all, const GatherHit& hit) {
     if (more == 0) return;
     const float share = more / all.weight.sum();
     all.length_m += share * (hit.length_m - all.length_m);
-    all.direction += share * (hit.direction - all.direction);
+    all.directions = all.directions * (1 - share) + hit.directions * share;
 }
 
 /// Sorts hits by patch, late ones first, and merges those of about the same length.
@@ -240,8 +240,8 @@ void FinalGather::trace(std::size_t batch, std::vector<GatherHit>& out, const Se
                 // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
                 // 4 pi / M * B / (pi A) = 4 / (M A) * B.
                 const float factor = 4 / static_cast<float>(settings_.rays) * radiator.per_m2;
-                out.push_back(
-                    {radiator.row, r.length_m, r.first_direction, r.weight * factor, r.late});
+                out.push_back({radiator.row, r.length_m, DirectionMoments::of(r.first_direction),
+                               r.weight * factor, r.late});
             }
             if (!settings_.mirrors) continue;
             if (scene_.transmits(index)) {
@@ -312,17 +312,17 @@ void GatheredEnergy::sum(std::size_t part) {
     for (std::size_t g = 0; g < gathers_.size(); ++g) {
         for (std::size_t k = 0; k < bins.count(); ++k) {
             Bands energy;
-            Vec3 intensity(0);
+            DirectionMoments directions;
             for (std::size_t p = g * kParts; p < (g + 1) * kParts; ++p) {
                 energy += parts_[p]->energy(k);
-                intensity += parts_[p]->intensity(k);
+                directions += parts_[p]->directions(k);
             }
-            // The intensity is weighted by a row's whole spectrum, which may differ from that of a
+            // Directions are weighted by a row's whole spectrum, which may differ from that of a
             // bin.
-            const float length = glm::length(intensity);
-            if (length > energy.sum()) intensity *= energy.sum() / length;
+            const float length = glm::length(directions.intensity);
+            if (length > energy.sum()) directions *= energy.sum() / length;
             response_.energy[k] += energy;
-            response_.intensity[k] += intensity;
+            response_.directions[k] += directions;
         }
     }
     for (auto& summed : parts_) summed.reset();

@@ -19,9 +19,9 @@ namespace aula {
 struct GatherHit {
     std::uint32_t patch = 0;
     float length_m = 0;
-    Vec3 direction{0};  ///< from the receiver, the mean of unit vectors
-    Bands weight;       ///< sum of 4 / (M A) * mirror reflections * air, 1/m2
-    bool late = false;  ///< of the subset that represents all rays in the late response
+    DirectionMoments directions;  ///< from the receiver, of unit energy
+    Bands weight;                 ///< sum of 4 / (M A) * mirror reflections * air, 1/m2
+    bool late = false;            ///< of the subset that represents all rays in the late response
 };
 
 struct GatherSettings {

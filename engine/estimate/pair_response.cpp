@@ -55,7 +55,7 @@ void PairResponse::add_detected_to(const SpecularSound& images, EnergyResponse& 
     const EnergyResponse& others = detected_follower_.response();
     for (std::size_t k = 0; k < others.bins.count(); ++k) {
         response.energy[k] += others.energy[k];
-        response.intensity[k] += others.intensity[k];
+        response.directions[k] += others.directions[k];
     }
 }
 

@@ -371,7 +371,7 @@ void PatchPropagation::complete_pair(std::size_t i, bool gathered, const Specula
     if (gathered) pair.end_gather(caches_[source].emitted() + caches_[listener].emitted());
     if (!gathered && !mirrors_) return;
     response.energy = pair.response().energy;
-    response.intensity = pair.response().intensity;
+    response.directions = pair.response().directions;
     if (mirrors_) pair.add_detected_to(images, response);
 }
 

@@ -29,7 +29,8 @@ void add_arrivals(std::span<const Arrival> arrivals, int rays, const SpecularSou
     for (const Arrival& arrival : arrivals) {
         if (images.has_tried(arrival.image)) continue;
         const Bands energy = arrival.energy * scale;
-        response.add(double{arrival.length_m}, energy, energy.sum() * arrival.direction);
+        response.add(double{arrival.length_m}, energy,
+                     DirectionMoments::of(arrival.direction) * energy.sum());
     }
 }
 

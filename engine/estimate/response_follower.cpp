@@ -40,7 +40,7 @@ void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bi
            EnergyResponse& to) {
     for (std::size_t k = first_bin; k < end_bin; ++k) {
         for (std::size_t b = 0; b < kBandCount; ++b) to.energy[k][b] = factor * from.energy[k][b];
-        to.intensity[k] = factor * from.intensity[k];
+        to.directions[k] = from.directions[k] * factor;
     }
 }
 
@@ -92,7 +92,7 @@ void approach(const EnergyResponse& estimate, std::size_t first_bin, std::size_t
     const float kept = 1 - share;
     for (std::size_t k = first_bin; k < end_bin; ++k) {
         response.energy[k] = response.energy[k] * kept + estimate.energy[k] * share;
-        response.intensity[k] = kept * response.intensity[k] + share * estimate.intensity[k];
+        response.directions[k] = response.directions[k] * kept + estimate.directions[k] * share;
     }
 }
 

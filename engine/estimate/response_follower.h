@@ -58,7 +58,7 @@ class ResponseFollower {
     /// restart, is the response.
     void follow(const EnergyResponse& estimate, int frames, double moved_m);
 
-    /// Energy and intensity; without paths.
+    /// Energies and directions; without paths.
     const EnergyResponse& response() const { return response_; }
 
     static constexpr int kMostFrames = 16;

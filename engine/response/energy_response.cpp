@@ -44,13 +44,13 @@ EnergyResponse EnergyResponse::silent(const TimeBins& bins, float speed_of_sound
     response.bins = bins;
     response.speed_of_sound_m_s = speed_of_sound_m_s;
     response.energy.resize(bins.count());
-    response.intensity.resize(bins.count());
+    response.directions.resize(bins.count());
     return response;
 }
 
 void EnergyResponse::clear_bins() {
     std::fill(energy.begin(), energy.end(), Bands{});
-    std::fill(intensity.begin(), intensity.end(), Vec3(0));
+    std::fill(directions.begin(), directions.end(), DirectionMoments{});
 }
 
 double EnergyResponse::total(std::size_t band) const {

@@ -36,7 +36,8 @@ double concentration_of(double length) {
     return (low + high) / 2;
 }
 
-/// Means of the cosine's magnitude and of its square over the directions of a bin.
+/// The mean of the cosine's magnitude over the root of the mean of its square, for directions that
+/// have the von Mises-Fisher distribution.
 class AxialMeans {
  public:
     AxialMeans() : magnitude_((kSteps + 1) * (kSteps + 1)), square_(kSteps + 1) {
@@ -54,13 +55,8 @@ class AxialMeans {
         }
     }
 
-    struct Means {
-        double magnitude;
-        double square;
-    };
-
     /// `length`: of the mean of the unit directions, 0..1; `cosine`: of its angle to the axis.
-    Means at(double length, double cosine) const {
+    double ratio(double length, double cosine) const {
         const double c = std::min(std::abs(cosine), 1.0);
         const auto [i, x] = cell(length);
         const auto [j, y] = cell(c);
@@ -72,7 +68,8 @@ class AxialMeans {
                                  x * ((1 - y) * value(1, 0) + y * value(1, 1));
         // With the mean q of the squared cosine of the angle to the mean direction.
         const double q = (1 - x) * square_[i] + x * square_[i + 1];
-        return {magnitude, q * c * c + (1 - q) * (1 - c * c) / 2};
+        const double square = q * c * c + (1 - q) * (1 - c * c) / 2;
+        return square > 0 ? magnitude / std::sqrt(square) : 1;
     }
 
  private:
@@ -132,10 +129,11 @@ std::array<LateralParameters, kBandCount> lateral_parameters(const EnergyRespons
         if (!(sum > 0)) continue;
         const double begin_s = response.bins.begin_s(i) - zero_s;
         const double end_s = response.bins.end_s(i) - zero_s;
-        const Vec3 mean = response.intensity[i] / sum;
-        const double length = std::min(double{glm::length(mean)}, 1.0);
-        const double cosine = length > 0 ? double{glm::dot(mean, axis)} / length : 0;
-        const auto [magnitude, square] = axial_means().at(length, cosine);
+        const DirectionMoments mean = response.directions[i] / sum;
+        const double length = std::min(double{glm::length(mean.intensity)}, 1.0);
+        const double cosine = length > 0 ? double{glm::dot(mean.intensity, axis)} / length : 0;
+        const double square = std::clamp(1.0 / 3 + double{mean.along(axis)}, 0.0, 1.0);
+        const double magnitude = axial_means().ratio(length, cosine) * std::sqrt(square);
         const Bands& energy = response.energy[i];
         add(early, overlap(begin_s, end_s, -infinity, kEarly_s), energy);
         const double lateral = overlap(begin_s, end_s, kDirect_s, kEarly_s);

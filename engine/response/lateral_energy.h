@@ -19,8 +19,9 @@ struct LateralParameters {
 /// after time zero over the energy of the first 80 ms, L_J the lateral energy from 80 ms on.
 ///
 /// Each discrete path counts with the squared cosine of its angle to the axis (J_LFC: with the
-/// cosine). The directions in a time bin have the von Mises-Fisher distribution with the bin's
-/// mean, as in impulse responses: a diffuse bin counts with 1/3 (J_LFC: 1/2).
+/// cosine). A time bin counts with its second moment along the axis, a diffuse one with 1/3. Its
+/// mean cosine (J_LFC) is the root of this second moment times the ratio of both for the von
+/// Mises-Fisher distribution with the bin's mean direction: 1/2 in a diffuse field.
 std::array<LateralParameters, kBandCount> lateral_parameters(const EnergyResponse& response,
                                                              const Vec3& axis);
 

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "aula/engine/scene.h"
+#include "aula/engine/direction_moments.h"
 
 namespace aula {
 
-/// Covariance of the channels of an ambisonic field (ACN, SN3D) whose directions of arrival have a
-/// given mean, as a mixing matrix of independent noises. Immutable. [propagation thread]
+/// Covariance of the channels of an ambisonic field (ACN, SN3D) whose directions of arrival have
+/// given moments, as a mixing matrix of independent noises. Immutable. [propagation thread]
 class DirectionalCovariance {
  public:
     explicit DirectionalCovariance(int order);
@@ -21,9 +21,8 @@ class DirectionalCovariance {
 
     /// The lower triangular matrix L such that L n has the covariance of the field per unit energy,
     /// for independent noises n of unit variance, one per channel. The first channel (W) is n[0].
-    /// `mean` is the energy-weighted mean of the unit directions: of length 1 for one direction, 0
-    /// for a diffuse field.
-    void mixing(const Vec3& mean, float* triangle) const;
+    /// `directions` are those of unit energy.
+    void mixing(const DirectionMoments& directions, float* triangle) const;
 
  private:
     struct Term {
@@ -31,10 +30,13 @@ class DirectionalCovariance {
         double factor;
     };
 
+    void set_high_degrees(const DirectionMoments& directions, double* harmonics) const;
+
     int order_;
     std::size_t channels_;
-    std::vector<std::vector<Term>> products_;   ///< [pair of channels, as in a triangle]
-    std::vector<std::vector<double>> moments_;  ///< [length of the mean][order of harmonic]
+    std::vector<std::vector<Term>> products_;  ///< [pair of channels, as in a triangle]
+    /// [harmonic of degree 3 or 5][axis y, z, x] The product of both.
+    std::vector<std::vector<Term>> along_axes_;
 };
 
 }  // namespace aula

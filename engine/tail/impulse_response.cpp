@@ -380,8 +380,8 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
         const std::size_t end = std::min(first_sample(s.end_s), length_samples_);
         if (begin >= end) break;
         filled = end;
-        if (&s == &segments.front()) covariance_.mixing(s.direction, mixing.data());
-        covariance_.mixing(s.direction_end, mixing_end.data());
+        if (&s == &segments.front()) covariance_.mixing(s.directions, mixing.data());
+        covariance_.mixing(s.directions_end, mixing_end.data());
         const auto per_sample =
             static_cast<float>(1 / (start_samples(s.end_s) - start_samples(s.begin_s)));
         for (std::size_t i = 0; i < slope.size(); ++i) {

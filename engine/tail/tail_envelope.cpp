@@ -87,13 +87,13 @@ std::vector<TailSegment> tail_envelope(const EnergyResponse& energy, const Third
     const std::vector<Bands> spread = spread_in_time(energy);
     std::vector<TailSegment> segments(2 * bins.count());
     Values before{};  // silence
-    Vec3 intensity_before{0};
+    DirectionMoments directions_before;
     float energy_before = 0;
-    Vec3 direction{0};
+    DirectionMoments mean;
     for (std::size_t i = 0; i <= bins.count(); ++i) {
         const bool is_inside = i < bins.count();
         Values amplitude{};
-        const Vec3 intensity = is_inside ? energy.intensity[i] : Vec3{0};
+        const DirectionMoments directions = is_inside ? energy.directions[i] : DirectionMoments{};
         const float sum = is_inside ? energy.energy[i].sum() : 0;
         const double begin_s = is_inside ? bins.begin_s(i) : bins.length_s();
         if (is_inside && spread[i].max() > 0) {
@@ -107,16 +107,16 @@ std::vector<TailSegment> tail_envelope(const EnergyResponse& energy, const Third
         }
         Values edge;
         best_version<join>(before, amplitude, edge);
-        // Spread energy keeps its direction.
+        // Spread energy keeps its directions.
         if (sum + energy_before > 0)
-            direction = (intensity_before + intensity) / (energy_before + sum);
+            mean = (directions_before + directions) / (energy_before + sum);
         if (i > 0) {
             TailSegment& rise = segments[2 * i - 2];
             TailSegment& fall = segments[2 * i - 1];
             best_version<centre>(rise.begin, before, edge, rise.end);
             fall.begin = rise.end;
             fall.end = edge;
-            fall.direction_end = direction;
+            fall.directions_end = mean;
         }
         if (!is_inside) break;
         const double centre_s = 0.5 * (begin_s + bins.end_s(i));
@@ -126,11 +126,11 @@ std::vector<TailSegment> tail_envelope(const EnergyResponse& energy, const Third
         rise.end_s = fall.begin_s = centre_s;
         fall.end_s = bins.end_s(i);
         rise.begin = edge;
-        rise.direction = direction;
-        rise.direction_end = fall.direction = sum > 0 ? intensity / sum : direction;
-        direction = fall.direction;
+        rise.directions = mean;
+        if (sum > 0) mean = directions / sum;
+        rise.directions_end = fall.directions = mean;
         before = amplitude;
-        intensity_before = intensity;
+        directions_before = directions;
         energy_before = sum;
     }
     for (TailSegment& s : segments)

@@ -17,9 +17,9 @@ struct TailSegment {
     double end_s = 0;
     Values begin{};  ///< pressure per sample over a carrier of unit variance
     Values end{};
-    float loudest = 0;  ///< the largest of both; 0: silence
-    Vec3 direction{0};  ///< energy-weighted mean at the start
-    Vec3 direction_end{0};
+    float loudest = 0;            ///< the largest of both; 0: silence
+    DirectionMoments directions;  ///< of unit energy, at the start
+    DirectionMoments directions_end;
 
     /// False for a carrier below the error of quantisation of the loudest one, -88 dB.
     bool is_audible(std::size_t carrier) const {

@@ -9,16 +9,16 @@ void SpecularSum::clear() {
 }
 
 void SpecularSum::add(const SegmentEnergy& sound, const Bands& energy, float length_m) {
-    const Vec3 intensity = energy.sum() * sound.from;
+    const DirectionMoments directions = DirectionMoments::of(sound.from) * energy.sum();
     if (sound.image != 0) {
         Detected& detected = by_image_[sound.image];
         detected.energy += energy;
-        detected.intensity += intensity;
+        detected.directions += directions;
         detected.length_m += double{length_m};
         detected.count += 1;
         return;
     }
-    sum_.add(double{length_m}, energy, intensity);
+    sum_.add(double{length_m}, energy, directions);
 }
 
 void SpecularSum::add_images_to(const SpecularSound& images, EnergyResponse& response) const {
@@ -27,7 +27,7 @@ void SpecularSum::add_images_to(const SpecularSound& images, EnergyResponse& res
     for (const auto& [image, detected] : by_image_) {
         if (images.has_tried(image)) continue;
         response.add(detected.length_m / detected.count, detected.energy * scale,
-                     detected.intensity * scale);
+                     detected.directions * scale);
     }
 }
 
@@ -36,7 +36,7 @@ void SpecularSum::add_others_to(EnergyResponse& response) const {
     const float scale = 1 / static_cast<float>(rays_);
     for (std::size_t k = 0; k < sum_.bins.count(); ++k) {
         response.energy[k] += sum_.energy[k] * scale;
-        response.intensity[k] += sum_.intensity[k] * scale;
+        response.directions[k] += sum_.directions[k] * scale;
     }
 }
 

@@ -45,7 +45,7 @@ class SpecularSum {
 
     struct Detected {
         Bands energy;
-        Vec3 intensity{0};  ///< see EnergyResponse::intensity
+        DirectionMoments directions;
         double length_m = 0;
         double count = 0;
     };

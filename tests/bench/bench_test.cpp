@@ -44,7 +44,7 @@ EnergyResponse arrival_at(double time_s, float energy, const Vec3& direction) {
     EnergyResponse response = EnergyResponse::silent(TimeBins(0.6));
     const std::size_t bin = response.bins.index(time_s);
     response.energy[bin] = Bands::filled(energy / kBandCount);
-    response.intensity[bin] = energy * direction;
+    response.directions[bin] = DirectionMoments::of(direction) * energy;
     return response;
 }
 

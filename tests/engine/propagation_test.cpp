@@ -329,7 +329,7 @@ TEST_CASE("directions point to the origin of the sound") {
         Vec3 sum(0);
         float energy = 0;
         for (std::size_t k = 0; k < r.bins.count(); ++k) {
-            sum += r.intensity[k];
+            sum += r.directions[k].intensity;
             energy += r.energy[k].sum();
         }
         CAPTURE(estimator_name(estimator));

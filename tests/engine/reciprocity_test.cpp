@@ -51,7 +51,7 @@ void read(const EnergyResponse& response, Figures& figures) {
             const double begin_s = response.bins.begin_s(k);
             if (begin_s < edges_s[part] || begin_s >= edges_s[part + 1]) continue;
             for (int axis = 0; axis < 3; ++axis)
-                intensity[axis] += double{response.intensity[k][axis]};
+                intensity[axis] += double{response.directions[k].intensity[axis]};
         }
         for (const double i : intensity) add(i);
     }

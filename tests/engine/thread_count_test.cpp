@@ -23,12 +23,12 @@ Scene room_of_two_sources() {
 /// All that responses hold.
 struct Record {
     std::vector<Bands> energy;
-    std::vector<Vec3> intensity;
+    std::vector<DirectionMoments> directions;
     std::vector<Bands> paths;
 
     void add(const EnergyResponse& response) {
         energy.insert(energy.end(), response.energy.begin(), response.energy.end());
-        intensity.insert(intensity.end(), response.intensity.begin(), response.intensity.end());
+        directions.insert(directions.end(), response.directions.begin(), response.directions.end());
         for (const SoundPath& path : response.paths) paths.push_back(path.energy);
     }
     void add_all(const Propagation& propagation, std::size_t listeners) {
@@ -70,7 +70,7 @@ TEST_CASE("the same seed gives identical responses with one thread and with thre
         for (std::size_t i = 0; i < results[0].size(); ++i) {
             CHECK(test::total(results[0][i]) > 0);
             CHECK(results[0][i].energy == results[1][i].energy);
-            CHECK(results[0][i].intensity == results[1][i].intensity);
+            CHECK(results[0][i].directions == results[1][i].directions);
             REQUIRE(results[0][i].paths.size() == results[1][i].paths.size());
             for (std::size_t p = 0; p < results[0][i].paths.size(); ++p) {
                 CHECK(results[0][i].paths[p].energy == results[1][i].paths[p].energy);

@@ -50,7 +50,7 @@ std::string fault(const EnergyResponse& response) {
     for (std::size_t k = 0; k < response.bins.count(); ++k) {
         const std::string place = " in bin " + std::to_string(k);
         if (bad(response.energy[k])) return "energy negative or not finite" + place;
-        const float length = glm::length(response.intensity[k]);
+        const float length = glm::length(response.directions[k].intensity);
         if (!(length <= response.energy[k].sum() * (1 + 1e-4F))) {
             return "intensity above its energy" + place;  // rounding of some 1000 arrivals
         }
@@ -71,7 +71,7 @@ bool same_bits(const EnergyResponse& a, const EnergyResponse& b) {
         return p.order == q.order && p.length_m == q.length_m && p.direction == q.direction &&
                p.energy == q.energy && p.key == q.key && p.edges == q.edges;
     };
-    return a.energy == b.energy && a.intensity == b.intensity &&
+    return a.energy == b.energy && a.directions == b.directions &&
            std::equal(a.paths.begin(), a.paths.end(), b.paths.begin(), b.paths.end(), same_path);
 }
 

@@ -131,7 +131,7 @@ TEST_CASE("The response of a view is written as a sound file with the report of 
     for (std::size_t bin = 0; bin < view.response.bins.count(); ++bin) {
         const double time_s = view.response.bins.begin_s(bin);
         view.response.energy.push_back(Bands::filled(static_cast<float>(std::exp(-30 * time_s))));
-        view.response.intensity.push_back(Vec3(0));
+        view.response.directions.emplace_back();
     }
     SessionOptions session;
     session.output = OutputFormat::mono;

@@ -67,7 +67,7 @@ std::vector<Vec3> estimated_direction(const EnergyResponse& response) {
             const double begin_s = std::max(bins.begin_s(i), static_cast<double>(g) * kGroup_s);
             const double end_s = std::min(bins.end_s(i), static_cast<double>(g + 1) * kGroup_s);
             if (end_s <= begin_s) continue;
-            groups[g] += response.intensity[i] *
+            groups[g] += response.directions[i].intensity *
                          static_cast<float>((end_s - begin_s) / (bins.end_s(i) - bins.begin_s(i)));
         }
     }

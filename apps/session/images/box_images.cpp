@@ -318,16 +318,17 @@ void BoxImages::add_bins(std::size_t source, std::size_t receiver, EnergyRespons
         if (image.order <= path_order_)
             response.paths.push_back(path_of(image));
         else
-            response.add(image.length_m, image.value, image.direction() * image.value.sum());
+            response.add(image.length_m, image.value,
+                         DirectionMoments::of(image.direction()) * image.value.sum());
     });
 }
 
-/// The same for equal octaves: energies and intensities are summed in milliseconds, of which all
+/// The same for equal octaves: energies and directions are summed in milliseconds, of which all
 /// bins consist.
 void BoxImages::add_flat_bins(std::size_t source, std::size_t receiver,
                               EnergyResponse& response) const {
     const double ms_per_m = 1000 / double{speed_m_s_};
-    std::vector<std::array<double, 4>> sums(static_cast<std::size_t>(length_s_ * 1000) + 2);
+    std::vector<std::array<double, 9>> sums(static_cast<std::size_t>(length_s_ * 1000) + 2);
     visit_rows<float>(source, receiver, false, [&](const Row<float>& row) {
         const double x_m = row.x.offset_m, y_m = row.y.offset_m;
         const double of_row{row.x.value * row.y.value};
@@ -340,18 +341,30 @@ void BoxImages::add_flat_bins(std::size_t source, std::size_t receiver,
             const double length_m = row.lengths_m[k];
             const double energy = of_row * double{z.value} * row.spread[k];
             const double per_m = energy / std::max(length_m, 0.1);
-            std::array<double, 4>& sum = sums[static_cast<std::size_t>(length_m * ms_per_m)];
+            const double per_m2 = per_m / std::max(length_m, 0.1);
+            std::array<double, 9>& sum = sums[static_cast<std::size_t>(length_m * ms_per_m)];
             sum[0] += energy;
             sum[1] += per_m * x_m;
             sum[2] += per_m * y_m;
             sum[3] += per_m * z.offset_m;
+            sum[4] += per_m2 * x_m * x_m;
+            sum[5] += per_m2 * y_m * y_m;
+            sum[6] += per_m2 * x_m * y_m;
+            sum[7] += per_m2 * y_m * z.offset_m;
+            sum[8] += per_m2 * z.offset_m * x_m;
         }
     });
     for (std::size_t ms = 0; ms < sums.size(); ++ms) {
-        const auto [energy, x, y, z] = sums[ms];
+        const auto [energy, x, y, z, xx, yy, xy, yz, zx] = sums[ms];
+        const DirectionMoments directions{Vec3(x, y, z),
+                                          static_cast<float>(xx - energy / 3),
+                                          static_cast<float>(yy - energy / 3),
+                                          static_cast<float>(xy),
+                                          static_cast<float>(yz),
+                                          static_cast<float>(zx)};
         response.add((static_cast<double>(ms) + 0.5) / ms_per_m,
                      Bands::filled(static_cast<float>(energy)),
-                     static_cast<float>(kBandCount) * Vec3(x, y, z));
+                     directions * static_cast<float>(kBandCount));
     }
 }
 

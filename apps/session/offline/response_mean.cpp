@@ -1,11 +1,21 @@
 #include "apps/session/offline/response_mean.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 
 namespace aula {
 
 namespace {
+
+using Floats = std::array<float, kBandCount>;
+static_assert(sizeof(DirectionMoments) == sizeof(Floats));
+
+template <typename Values>
+void add_weighted(double weight, const Values& values, std::array<double, kBandCount>& sums) {
+    for (std::size_t i = 0; i < sums.size(); ++i)
+        sums[i] += weight * static_cast<double>(values[i]);
+}
 
 Bands scaled(const std::array<double, kBandCount>& sums, double scale) {
     Bands out;
@@ -20,16 +30,15 @@ void ResponseMean::begin_like(const EnergyResponse& response) {
     if (weight_ > 0) return;
     first_ = response;
     energy_.resize(response.energy.size());
-    intensity_.resize(response.intensity.size());
+    directions_.resize(response.directions.size());
 }
 
 void ResponseMean::add(const EnergyResponse& response, double weight) {
     begin_like(response);
     weight_ += weight;
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            energy_[bin][band] += weight * static_cast<double>(response.energy[bin][band]);
-        intensity_[bin] += weight * glm::dvec3(response.intensity[bin]);
+        add_weighted(weight, response.energy[bin].value, energy_[bin]);
+        add_weighted(weight, std::bit_cast<Floats>(response.directions[bin]), directions_[bin]);
     }
     for (const SoundPath& path : response.paths) {
         PathSum& sum = paths_.try_emplace(path.key, PathSum{path}).first->second;
@@ -43,9 +52,8 @@ void ResponseMean::add(const ResponseMean& other) {
     begin_like(other.first_);
     weight_ += other.weight_;
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
-        for (std::size_t band = 0; band < kBandCount; ++band)
-            energy_[bin][band] += other.energy_[bin][band];
-        intensity_[bin] += other.intensity_[bin];
+        add_weighted(1, other.energy_[bin], energy_[bin]);
+        add_weighted(1, other.directions_[bin], directions_[bin]);
     }
     for (const auto& [id, path] : other.paths_) {
         PathSum& sum = paths_.try_emplace(id, PathSum{path.path}).first->second;
@@ -59,7 +67,8 @@ EnergyResponse ResponseMean::value() const {
     const double share = 1.0 / weight_;
     for (std::size_t bin = 0; bin < energy_.size(); ++bin) {
         mean.energy[bin] = scaled(energy_[bin], share);
-        mean.intensity[bin] = Vec3(intensity_[bin] * share);
+        mean.directions[bin] =
+            std::bit_cast<DirectionMoments>(scaled(directions_[bin], share).value);
     }
     mean.paths.clear();
     for (const auto& [id, sum] : paths_) {

@@ -31,8 +31,8 @@ class ResponseMean {
 
     double weight_ = 0;
     EnergyResponse first_;
-    std::vector<Sums> energy_;           ///< [bin]
-    std::vector<glm::dvec3> intensity_;  ///< [bin]
+    std::vector<Sums> energy_;      ///< [bin]
+    std::vector<Sums> directions_;  ///< [bin], the moments in the order of their declaration
     std::map<std::uint64_t, PathSum> paths_;
 };
 

@@ -175,7 +175,7 @@ WaveEnergy PairWaves::energy(const TimeBins& bins) const {
     const double arrival_s = double{glm::length(response_.from_source)} / speed_of_sound_m_s_;
     WaveEnergy result;
     result.energy.resize(bins.count());
-    result.intensity.resize(bins.count(), Vec3(0));
+    result.directions.resize(bins.count());
     for (std::size_t band = 0; band < kBandCount; ++band) {
         double all = 0;
         double high = 0;
@@ -206,9 +206,14 @@ WaveEnergy PairWaves::energy(const TimeBins& bins) const {
             const std::size_t bin = bins.index(std::max(time_s, arrival_s));
             if (bin >= bins.count()) continue;
             const float growth = transform.growth(n);
-            const auto weight = static_cast<float>(scale) * growth * growth * signal[0][n];
-            result.energy[bin][band] += weight * signal[0][n];
-            result.intensity[bin] += weight * Vec3(signal[1][n], signal[2][n], signal[3][n]);
+            const float weight = static_cast<float>(scale) * growth * growth;
+            const float pressure = signal[0][n];
+            result.energy[bin][band] += weight * pressure * pressure;
+            // The velocity of a plane wave has its direction.
+            DirectionMoments directions =
+                DirectionMoments::of({signal[1][n], signal[2][n], signal[3][n]});
+            directions.intensity *= pressure;
+            result.directions[bin] += directions * weight;
         }
     }
     return result;
@@ -218,9 +223,9 @@ void WaveEnergy::join(EnergyResponse& response) const {
     for (std::size_t i = 0; i < response.bins.count(); ++i) {
         const float before = response.energy[i].sum();
         response.energy[i] *= rays;
-        if (before > 0) response.intensity[i] *= response.energy[i].sum() / before;
+        if (before > 0) response.directions[i] *= response.energy[i].sum() / before;
         response.energy[i] += energy[i];
-        response.intensity[i] += intensity[i];
+        response.directions[i] += directions[i];
     }
     for (SoundPath& path : response.paths)
         if (path.kind != SoundPath::Kind::through_walls) path.energy *= rays;

@@ -34,9 +34,9 @@ struct WaveTransform {
 
 /// The field of a pair below the crossover in the bins of energy responses.
 struct WaveEnergy {
-    Bands rays = Bands::filled(1);  ///< share of the energy of the rays that remains
-    std::vector<Bands> energy;      ///< [bin] as EnergyResponse::energy
-    std::vector<Vec3> intensity;    ///< [bin]
+    Bands rays = Bands::filled(1);               ///< share of the energy of the rays that remains
+    std::vector<Bands> energy;                   ///< [bin] as EnergyResponse::energy
+    std::vector<DirectionMoments> directions{};  ///< [bin]
 
     /// Joins the field to the response of rays.
     void join(EnergyResponse& response) const;

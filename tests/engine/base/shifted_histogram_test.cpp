@@ -19,11 +19,11 @@ constexpr std::size_t kBand = 5;
 /// A histogram that owns its numbers.
 struct Histogram {
     std::vector<float> energy;
-    std::vector<float> intensity{};
+    std::vector<float> directions{};
     Bands total{};
 
     TimeHistogram view() const {
-        return {energy.data(), intensity.empty() ? nullptr : intensity.data(), total};
+        return {energy.data(), directions.empty() ? nullptr : directions.data(), total};
     }
 };
 
@@ -45,7 +45,7 @@ Histogram random_histogram(const TimeBins& bins, std::size_t first_bin, std::siz
 /// The histogram alone, delayed, with a weight of 1.
 ShiftedHistogram shifted(const TimeBins& bins, const Histogram& histogram, double delay_s) {
     ShiftedHistogram sum(bins);
-    sum.add(histogram.view(), 0, bins.count(), delay_s, Bands::filled(1), Vec3(0));
+    sum.add(histogram.view(), 0, bins.count(), delay_s, Bands::filled(1), {});
     return sum;
 }
 
@@ -145,22 +145,23 @@ TEST_CASE("energy after the last bin is lost, and only that") {
     }
 }
 
-TEST_CASE("intensities are delayed as energies are") {
+TEST_CASE("directions are delayed as energies are") {
     const TimeBins bins(0.9);
     Histogram histogram = random_histogram(bins, 2, bins.count() - 30);
-    const Vec3 direction(0.6F, 0, -0.8F);
+    const DirectionMoments direction = DirectionMoments::of(Vec3(0.6F, 0, -0.8F));
     Bands weight;
     for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = 0.25F * static_cast<float>(b);
     ShiftedHistogram of_direction(bins);
     of_direction.add(histogram.view(), 0, bins.count(), 0.0313, weight, direction);
     for (std::size_t k = 0; k < bins.count(); ++k) {
         const auto energy = histogram.energy.begin() + static_cast<std::ptrdiff_t>(k * kBandCount);
-        const Vec3 intensity = std::accumulate(energy, energy + kBandCount, 0.0F) * direction;
-        histogram.intensity.insert(histogram.intensity.end(),
-                                   {intensity.x, intensity.y, intensity.z, 0});
+        const auto& [u, xx, yy, xy, yz, zx] =
+            direction * std::accumulate(energy, energy + kBandCount, 0.0F);
+        histogram.directions.insert(histogram.directions.end(),
+                                    {u.x, u.y, u.z, xx, yy, xy, yz, zx});
     }
-    ShiftedHistogram of_intensities(bins);
-    of_intensities.add(histogram.view(), 0, bins.count(), 0.0313, weight, Vec3(0, 1, 0));
+    ShiftedHistogram of_directions(bins);
+    of_directions.add(histogram.view(), 0, bins.count(), 0.0313, weight, {});
     double all = 0;
     double weighted = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -170,14 +171,20 @@ TEST_CASE("intensities are delayed as energies are") {
     const ShiftedHistogram later = shifted(bins, histogram, 0.0313);
     for (std::size_t k = 0; k < bins.count(); ++k) {
         CAPTURE(k);
-        // Given intensities have the mean weight over the total, a given direction that of the bin.
-        const auto check = [&](const Vec3& intensity, double energy) {
-            REQUIRE(double{intensity.x} == Approx(0.6 * energy).epsilon(2e-6).margin(1e-9));
-            REQUIRE(double{intensity.y} == 0);
-            REQUIRE(double{intensity.z} == Approx(-0.8 * energy).epsilon(2e-6).margin(1e-9));
+        // Given directions have the mean weight over the total, a given direction that of the bin.
+        const auto check = [&](const DirectionMoments& moments, double energy) {
+            const auto is = [&](double factor) {
+                return Approx(factor * energy).epsilon(2e-6).margin(1e-9);
+            };
+            REQUIRE(double{moments.intensity.x} == is(0.6));
+            REQUIRE(double{moments.intensity.y} == 0);
+            REQUIRE(double{moments.intensity.z} == is(-0.8));
+            REQUIRE(double{moments.xx} == is(0.36 - 1.0 / 3));
+            REQUIRE(double{moments.yy} == is(-1.0 / 3));
+            REQUIRE(double{moments.zx} == is(-0.48));
         };
-        check(of_intensities.intensity(k), double{later.energy(k).sum()} * weighted / all);
-        check(of_direction.intensity(k), double{(weight * later.energy(k)).sum()});
+        check(of_directions.directions(k), double{later.energy(k).sum()} * weighted / all);
+        check(of_direction.directions(k), double{(weight * later.energy(k)).sum()});
         for (std::size_t b = 0; b < kBandCount; ++b) {
             REQUIRE(double{of_direction.energy(k)[b]} ==
                     Approx(double{weight[b] * later.energy(k)[b]}).epsilon(1e-6));

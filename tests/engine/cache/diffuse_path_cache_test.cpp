@@ -113,7 +113,8 @@ TEST_CASE("an entry keeps the sums of Eq. 3.4 and reads out Eq. 3.2 and 3.3") {
     add_to(cache, response);
     const std::size_t bin = response.bins.index(11.0 / double{response.speed_of_sound_m_s});
     CHECK(response.energy[bin][0] == Approx(1.5 / kRays));
-    CHECK(response.intensity[bin].y == Approx(8 * 1.5 / kRays));
+    CHECK(response.directions[bin].intensity.y == Approx(8 * 1.5 / kRays));
+    CHECK(response.directions[bin].yy == Approx(8 * 1.5 / kRays * 2 / 3));
     CHECK(response.total(0) == Approx(3.5 / kRays));
 }
 
@@ -166,7 +167,7 @@ TEST_CASE("the direction of a path is removed with its arrivals") {
         EnergyResponse response = EnergyResponse::silent(TimeBins(1));
         add_to(cache, response);
         Vec3 sum(0);
-        for (const Vec3& d : response.intensity) sum += d;
+        for (const DirectionMoments& d : response.directions) sum += d.intensity;
         return sum;
     };
     for (int frame = 1; frame <= kWindow; ++frame) {

@@ -100,7 +100,7 @@ TEST_CASE("the sums of energy and direction are right, with the same bits for al
     constexpr std::size_t kRaysOfBatch = 20;
     std::vector<DepositBatch> batches(kBatches);
     std::vector<double> energy(kPatches * kBins * kBandCount, 0);
-    std::vector<double> intensity(kPatches * kBins * 3, 0);
+    std::vector<double> directions(kPatches * kBins * RowPool::kMoments, 0);
     for (DepositBatch& batch : batches) {
         for (std::size_t ray = 0; ray < kRaysOfBatch; ++ray) {
             batch.departures.push_back({uniform(random) - 0.5F, uniform(random) - 0.5F, 0.3F});
@@ -113,9 +113,14 @@ TEST_CASE("the sums of energy and direction are right, with the same bits for al
                 const std::size_t at = deposit.patch * kBins + deposit.bin;
                 for (std::size_t b = 0; b < kBandCount; ++b) {
                     energy[at * kBandCount + b] += double{deposit.energy()[b]};
-                    for (int axis = 0; axis < 3; ++axis)
-                        intensity[at * 3 + static_cast<std::size_t>(axis)] +=
-                            double{deposit.energy()[b]} * double{batch.departures[ray][axis]};
+                    const glm::dvec3 u(batch.departures[ray]);
+                    const double third = glm::dot(u, u) / 3;
+                    const std::array<double, RowPool::kMoments> moments{
+                        u.x,       u.y,       u.z,      u.x * u.x - third, u.y * u.y - third,
+                        u.x * u.y, u.y * u.z, u.z * u.x};
+                    for (std::size_t i = 0; i < moments.size(); ++i)
+                        directions[at * RowPool::kMoments + i] +=
+                            double{deposit.energy()[b]} * moments[i];
                 }
             }
         }
@@ -138,14 +143,15 @@ TEST_CASE("the sums of energy and direction are right, with the same bits for al
                 for (std::size_t b = 0; b < kBandCount; ++b)
                     REQUIRE(double{row.sum[bin * kBandCount + b]} ==
                             Approx(energy[at * kBandCount + b]).epsilon(1e-6));
-                for (std::size_t axis = 0; axis < 3; ++axis)
-                    REQUIRE(double{row.intensity[bin * RowPool::kAxes + axis]} ==
-                            Approx(intensity[at * 3 + axis]).epsilon(1e-6).margin(1e-5));
+                for (std::size_t i = 0; i < RowPool::kMoments; ++i)
+                    REQUIRE(
+                        double{row.directions[bin * RowPool::kMoments + i]} ==
+                        Approx(directions[at * RowPool::kMoments + i]).epsilon(1e-6).margin(1e-5));
                 total += energy[at * kBandCount + 2];
             }
             CHECK(double{row.total[2]} == Approx(total).epsilon(1e-6));
             all.insert(all.end(), row.sum, row.sum + kBins * kBandCount);
-            all.insert(all.end(), row.intensity, row.intensity + kBins * RowPool::kAxes);
+            all.insert(all.end(), row.directions, row.directions + kBins * RowPool::kMoments);
         }
         if (bits.empty()) bits = all;
         CHECK(all == bits);
@@ -193,7 +199,7 @@ TEST_CASE("the rows of an emptied cache are zero and serve another cache") {
             const PatchCache::Row& row = second.row(p);
             for (std::size_t bin = 0; bin < kBins; ++bin) {
                 CHECK((row.sum[bin * kBandCount] != 0) == (bin == 3));
-                CHECK((row.intensity[bin * RowPool::kAxes] != 0) == (bin == 3));
+                CHECK((row.directions[bin * RowPool::kMoments] != 0) == (bin == 3));
             }
         }
         CHECK(radiated(second, 7) == Approx(1));

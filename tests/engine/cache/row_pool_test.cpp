@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kBins = 100;
 constexpr std::size_t kSums = kBins * kBandCount;
-constexpr std::size_t kIntensities = kBins * RowPool::kAxes;
+constexpr std::size_t kDirections = kBins * RowPool::kMoments;
 
 /// Whether the kernel has provided all pages of a row.
 bool is_mapped(const float* row, std::size_t size) {
@@ -37,14 +37,14 @@ bool is_mapped(const float* row, std::size_t size) {
 TEST_CASE("memory of rows serves a row again that was given back") {
     RowPool memory(kBins);
     float* const sums = memory.take_sums();
-    float* const intensities = memory.take_intensities();
+    float* const directions = memory.take_directions();
     CHECK(std::all_of(sums, sums + kSums, [](float x) { return x == 0; }));
     CHECK(memory.free_bytes() == 0);
     memory.give_back(sums, nullptr, 0, 0);
     CHECK(memory.free_bytes() == kSums * sizeof(float));
-    memory.give_back(nullptr, intensities, 0, 0);
-    CHECK(memory.free_bytes() == (kSums + kIntensities) * sizeof(float));
-    CHECK(memory.take_intensities() == intensities);
+    memory.give_back(nullptr, directions, 0, 0);
+    CHECK(memory.free_bytes() == (kSums + kDirections) * sizeof(float));
+    CHECK(memory.take_directions() == directions);
     CHECK(memory.take_sums() == sums);
     CHECK(memory.take_sums() != sums);
     CHECK(memory.free_bytes() == 0);
@@ -59,23 +59,23 @@ TEST_CASE("rows that were given back with energy are zero when they are taken ag
     const auto take = [&] {
         std::vector<std::pair<float*, float*>> rows;
         for (std::size_t i = 0; i < kRows; ++i) {
-            rows.emplace_back(memory.take_sums(), memory.take_intensities());
-            const auto [sums, intensities] = rows.back();
+            rows.emplace_back(memory.take_sums(), memory.take_directions());
+            const auto [sums, directions] = rows.back();
             CHECK(std::all_of(sums, sums + kSums, [](float x) { return x == 0; }));
-            CHECK(std::all_of(intensities, intensities + kIntensities,
-                              [](float x) { return x == 0; }));
+            CHECK(
+                std::all_of(directions, directions + kDirections, [](float x) { return x == 0; }));
         }
         return rows;
     };
     const auto give_back = [&](const auto& rows) {
-        for (const auto& [sums, intensities] : rows) {
+        for (const auto& [sums, directions] : rows) {
             std::fill(sums + kFirst * kBandCount, sums + kEnd * kBandCount, 5);
-            std::fill(intensities + kFirst * RowPool::kAxes, intensities + kEnd * RowPool::kAxes,
-                      -5);
-            memory.give_back(sums, intensities, kFirst, kEnd);
+            std::fill(directions + kFirst * RowPool::kMoments,
+                      directions + kEnd * RowPool::kMoments, -5);
+            memory.give_back(sums, directions, kFirst, kEnd);
             given.insert(sums);
         }
-        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(float));
+        CHECK(memory.free_bytes() == kRows * (kSums + kDirections) * sizeof(float));
     };
     const auto all_again = [&](const auto& rows) {
         return std::all_of(rows.begin(), rows.end(),
@@ -97,7 +97,7 @@ TEST_CASE("rows that were given back with energy are zero when they are taken ag
     for (int i = 1; i <= 10; ++i) {
         memory.reserve(kRows, kRows, 16 * kSums * sizeof(float));
         CHECK(cleared() == 4 * i);
-        CHECK(memory.free_bytes() == kRows * (kSums + kIntensities) * sizeof(float));
+        CHECK(memory.free_bytes() == kRows * (kSums + kDirections) * sizeof(float));
     }
     CHECK(all_again(take()));
 }
@@ -106,7 +106,7 @@ TEST_CASE("rows are reserved up to a number, at most a given size in one call") 
     RowPool memory(kBins);
     constexpr std::size_t kMost_bytes = std::size_t{2} << 20;
     constexpr std::size_t kRows = 1000;
-    constexpr std::size_t kAll = kRows * (kSums + kIntensities) * sizeof(float);
+    constexpr std::size_t kAll = kRows * (kSums + kDirections) * sizeof(float);
     std::size_t before = 0;
     int calls = 0;
     for (; memory.free_bytes() < kAll && calls < 100; ++calls) {
@@ -129,13 +129,13 @@ TEST_CASE("rows are reserved up to a number, at most a given size in one call") 
 }
 
 TEST_CASE("all pages of reserved rows are mapped") {
-    constexpr std::size_t kLongBins = 1000;  // 16 pages of 4 KiB in a row of sums, 6 of intensities
+    constexpr std::size_t kLongBins = 1000;  // 8 pages of 4 KiB in a row
     constexpr std::size_t kRows = 8;
     RowPool memory(kLongBins);
     memory.reserve(kRows, kRows, std::size_t{2} << 20);
     for (std::size_t i = 0; i < kRows; ++i) {
         CHECK(is_mapped(memory.take_sums(), kLongBins * kBandCount));
-        CHECK(is_mapped(memory.take_intensities(), kLongBins * RowPool::kAxes));
+        CHECK(is_mapped(memory.take_directions(), kLongBins * RowPool::kMoments));
     }
 }
 

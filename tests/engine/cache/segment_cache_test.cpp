@@ -51,8 +51,8 @@ EnergyResponse detected(const SegmentCache& segments, const Vec3& at, double sca
     for (Bands& energy : response.energy) {
         energy *= static_cast<float>(scale * static_cast<double>(sum.rays()));
     }
-    for (Vec3& intensity : response.intensity) {
-        intensity *= static_cast<float>(scale * static_cast<double>(sum.rays()));
+    for (DirectionMoments& directions : response.directions) {
+        directions *= static_cast<float>(scale * static_cast<double>(sum.rays()));
     }
     return response;
 }
@@ -71,7 +71,7 @@ TEST_CASE(
         // The chord 0.3 m from the centre is 0.8 m long. Rounding of squares of 20 m: 1e-5 of it.
         const float energy = 0.5F * 0.8F / kVolume_m3 / kRays;
         CHECK(response.energy[bin][0] == Approx(energy).epsilon(1e-4));
-        CHECK(response.intensity[bin].x == Approx(-8 * energy).epsilon(1e-4));
+        CHECK(response.directions[bin].intensity.x == Approx(-8 * energy).epsilon(1e-4));
         CHECK(response.total(0) == Approx(double{energy}).epsilon(1e-4));
     }
     // Segments of a frame are tested many at a time.

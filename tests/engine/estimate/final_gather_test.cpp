@@ -1,6 +1,8 @@
 #include "engine/estimate/final_gather.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -18,6 +20,20 @@ namespace {
 
 constexpr float kSpeed_m_s = 343.2F;
 constexpr int kRays = 4;
+
+using Moments = std::array<double, 8>;
+
+Moments numbers(const DirectionMoments& m) {
+    const auto floats = std::bit_cast<std::array<float, 8>>(m);
+    Moments moments{};
+    std::copy(floats.begin(), floats.end(), moments.begin());
+    return moments;
+}
+
+void add_weighted(double weight, const DirectionMoments& directions, Moments& sum) {
+    const Moments moments = numbers(directions);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * moments[i];
+}
 
 /// Adds 0.7 times the energy of a cache at the hits to a response, on two threads.
 void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache,
@@ -85,7 +101,7 @@ struct Rows {
     /// length.
     EnergyResponse expected(const std::vector<GatherHit>& hits, double share) const {
         std::vector<std::array<double, kBandCount>> energy(bins.count());
-        std::vector<glm::dvec3> direction(bins.count(), glm::dvec3(0));
+        std::vector<Moments> directions(bins.count());
         const std::size_t late_bin = bins.index(0.512);
         for (const GatherHit& hit : hits) {
             const auto& deposits = batch.deposits.part[DepositParts::part_of(hit.patch)];
@@ -120,8 +136,10 @@ struct Rows {
                         energy[k][b] += e * double{hit.weight[b]};
                         sum += e * (cache.directed() ? weighted / all : double{hit.weight[b]});
                     }
-                    const Vec3 from = cache.directed() ? batch.departures[d.ray] : hit.direction;
-                    direction[k] += sum * glm::dvec3(from);
+                    add_weighted(sum,
+                                 cache.directed() ? DirectionMoments::of(batch.departures[d.ray])
+                                                  : hit.directions,
+                                 directions[k]);
                 }
             }
         }
@@ -133,8 +151,13 @@ struct Rows {
                 sum += energy[k][b];
             }
             // The direction is no longer than the energy.
-            const double length = glm::length(direction[k]);
-            response.intensity[k] = Vec3(direction[k] * (length > sum ? sum / length : 1.0));
+            const glm::dvec3 intensity(directions[k][0], directions[k][1], directions[k][2]);
+            const double length = glm::length(intensity);
+            std::array<float, 8> moments{};
+            for (std::size_t i = 0; i < moments.size(); ++i)
+                moments[i] =
+                    static_cast<float>(directions[k][i] * (length > sum ? sum / length : 1.0));
+            response.directions[k] = std::bit_cast<DirectionMoments>(moments);
         }
         return response;
     }
@@ -152,7 +175,10 @@ double worst(const EnergyResponse& a, const EnergyResponse& b) {
             difference =
                 std::max(difference, double{std::abs(a.energy[k][band] - b.energy[k][band])});
         }
-        difference = std::max(difference, double{glm::length(a.intensity[k] - b.intensity[k])});
+        const Moments one = numbers(a.directions[k]);
+        const Moments other = numbers(b.directions[k]);
+        for (std::size_t i = 0; i < one.size(); ++i)
+            difference = std::max(difference, std::abs(one[i] - other[i]));
     }
     return max > 0 ? difference / max : difference;
 }
@@ -161,7 +187,7 @@ GatherHit hit_of(std::uint32_t patch, float length_m, bool late) {
     GatherHit hit;
     hit.patch = patch;
     hit.length_m = length_m;
-    hit.direction = glm::normalize(Vec3(0.3F, -0.5F, 0.8F));
+    hit.directions = DirectionMoments::of(glm::normalize(Vec3(0.3F, -0.5F, 0.8F)));
     for (std::size_t b = 0; b < kBandCount; ++b) {
         hit.weight[b] = 0.1F * static_cast<float>(b + 1);
     }
@@ -256,7 +282,7 @@ TEST_CASE("gathers are the same to the bit for any order of their batches and pa
     CHECK_FALSE(in_order.energy == of_source.silent().energy);  // companion
     for (const EnergyResponse* other : {&reversed, &on_threads}) {
         CHECK(in_order.energy == other->energy);
-        CHECK(in_order.intensity == other->intensity);
+        CHECK(in_order.directions == other->directions);
     }
 }
 
@@ -287,7 +313,7 @@ TEST_CASE("air attenuates the whole length of a gather ray, including reflection
     CHECK(longest_m > (settings.mirrors ? 15.0F : 5.0F));
 }
 
-TEST_CASE("joined hits of a patch have the mean length and direction of their rays") {
+TEST_CASE("joined hits of a patch have the mean length and directions of their rays") {
     const Room room(1);
     const RayScene& rays = room.rays;
     const PatchGrid& grid = room.grid;
@@ -305,17 +331,18 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
     struct Sum {
         double weight = 0;
         double length = 0;
-        glm::dvec3 direction{0};
+        Moments directions{};
     };
     std::vector<Sum> joined(grid.size());
     std::vector<Sum> alone(grid.size());
-    const auto add = [](Sum& sum, double weight, double length_m, const Vec3& direction) {
+    const auto add = [](Sum& sum, double weight, double length_m,
+                        const DirectionMoments& directions) {
         sum.weight += weight;
         sum.length += weight * length_m;
-        sum.direction += weight * glm::dvec3(direction);
+        add_weighted(weight, directions, sum.directions);
     };
     for (const GatherHit& hit : hits)
-        add(joined[hit.patch], double{hit.weight[0]}, double{hit.length_m}, hit.direction);
+        add(joined[hit.patch], double{hit.weight[0]}, double{hit.length_m}, hit.directions);
     for (const Ray& ray : sent) {
         Hit hit;
         rays.intersect({&ray, 1}, {&hit, 1});
@@ -325,7 +352,8 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
         REQUIRE(patch != PatchGrid::kNone);
         const float weight = 4 / (static_cast<float>(settings.rays) * grid.area_m2(patch)) *
                              grid.relative_irradiance(patch, hit.triangle, point, normal);
-        add(alone[patch], double{weight}, double{hit.distance_m}, ray.direction);
+        add(alone[patch], double{weight}, double{hit.distance_m},
+            DirectionMoments::of(ray.direction));
     }
     for (std::size_t p = 0; p < grid.size(); ++p) {
         if (alone[p].weight == 0) continue;
@@ -333,7 +361,9 @@ TEST_CASE("joined hits of a patch have the mean length and direction of their ra
         // Rounding of running means in single precision.
         REQUIRE(joined[p].weight == Approx(alone[p].weight).epsilon(1e-5));
         REQUIRE(joined[p].length == Approx(alone[p].length).epsilon(1e-5));
-        REQUIRE(glm::length(joined[p].direction - alone[p].direction) < 1e-5 * alone[p].weight);
+        for (std::size_t i = 0; i < joined[p].directions.size(); ++i)
+            REQUIRE(std::abs(joined[p].directions[i] - alone[p].directions[i]) <
+                    1e-5 * alone[p].weight);
     }
 }
 

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 using aula::Bands;
+using aula::DirectionMoments;
 using aula::EnergyResponse;
 using aula::PairResponse;
 using aula::TimeBins;
@@ -16,7 +17,8 @@ constexpr double kLength_m = 3.5;
 void gather(PairResponse& pair, float energy, std::uint64_t rays, bool changed) {
     pair.begin_frame(changed ? 0.1 : 0);
     pair.begin_gather();
-    pair.gathered().add(kLength_m, Bands::filled(energy), Vec3(8 * energy, 0, 0));
+    pair.gathered().add(kLength_m, Bands::filled(energy),
+                        DirectionMoments::of(Vec3(1, 0, 0)) * (8 * energy));
     pair.end_gather(rays);
 }
 
@@ -24,7 +26,7 @@ void gather(PairResponse& pair, float energy, std::uint64_t rays, bool changed) 
 double mean(const PairResponse& pair) {
     const EnergyResponse& response = pair.response();
     const std::size_t bin = response.bins.index(kLength_m / double{response.speed_of_sound_m_s});
-    CHECK(response.intensity[bin].x == Approx(response.energy[bin].sum()));
+    CHECK(response.directions[bin].intensity.x == Approx(response.energy[bin].sum()));
     return double{response.energy[bin][0]};
 }
 
@@ -78,7 +80,7 @@ TEST_CASE("Detections on segments are smoothed while an end moves, but not those
         EnergyResponse response = EnergyResponse::silent(TimeBins(0.3));
         pair.add_detected_to({}, response);
         const std::size_t bin = response.bins.index(60 / 343.2);
-        CHECK(response.intensity[bin].x == Approx(-response.energy[bin].sum()));
+        CHECK(response.directions[bin].intensity.x == Approx(-response.energy[bin].sum()));
         return double{response.energy[bin][0]};
     };
     for (const std::uint64_t image : {0U, 7U}) {

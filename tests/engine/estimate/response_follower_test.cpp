@@ -22,7 +22,7 @@ class NoisyResponse {
         for (std::size_t k = 0; k < kBins.count(); ++k) {
             const double e = energy * std::max(0.0, 1 + relative_noise * normal_(random_));
             response.energy[k] = Bands::filled(static_cast<float>(e));
-            response.intensity[k] = Vec3(response.energy[k].sum(), 0, 0);
+            response.directions[k] = DirectionMoments::of(Vec3(1, 0, 0)) * response.energy[k].sum();
         }
         return response;
     }
@@ -69,9 +69,10 @@ TEST_CASE("Noise of an unchanging response is averaged over frames, late bins on
         const EnergyResponse& response = follower.response();
         for (std::size_t k = 0; k < kLate; ++k) {
             REQUIRE(response.energy[k][3] == newest.energy[k][3]);
-            REQUIRE(response.intensity[k] == newest.intensity[k]);
+            REQUIRE(response.directions[k] == newest.directions[k]);
         }
-        REQUIRE(response.intensity[kLate].x == Approx(response.energy[kLate].sum()));
+        REQUIRE(response.directions[kLate].intensity.x == Approx(response.energy[kLate].sum()));
+        REQUIRE(response.directions[kLate].yy == Approx(-response.energy[kLate].sum() / 3));
         squares += std::pow(error(response, 2), 2) / kTimes;
         means.push_back(mean_energy(response));
     }
@@ -302,7 +303,7 @@ TEST_CASE("After a restart earlier estimates have no effect") {
         follower.follow(same.draw(2, 0.1), 1, 0.05);
         fresh.follow(again.draw(2, 0.1), 1, 0.05);
         REQUIRE(follower.response().energy == fresh.response().energy);
-        REQUIRE(follower.response().intensity == fresh.response().intensity);
+        REQUIRE(follower.response().directions == fresh.response().directions);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 using aula::Bands;
+using aula::DirectionMoments;
 using aula::EnergyResponse;
 using aula::kBandCount;
 using aula::TimeBins;
@@ -109,15 +110,16 @@ TEST_CASE("an empty response has no energy and no bins") {
 
 TEST_CASE("an arrival is added to the bin of its time unless it is later than the last bin") {
     EnergyResponse r = EnergyResponse::silent(TimeBins(0.3), 340);
-    r.add(34.17, Bands::filled(2), Vec3(0, 16, 0));  // 100.5 ms, in a bin of 2 ms from 100 ms on
-    r.add(340, Bands::filled(1), Vec3(1, 0, 0));     // 1 s
+    const DirectionMoments left = DirectionMoments::of(Vec3(0, 1, 0)) * 16;
+    r.add(34.17, Bands::filled(2), left);  // 100.5 ms, in a bin of 2 ms from 100 ms on
+    r.add(340, Bands::filled(1), left);    // 1 s
     const std::size_t bin = r.bins.index(0.1);
     CHECK(r.energy[bin] == Bands::filled(2));
-    CHECK(r.intensity[bin] == Vec3(0, 16, 0));
+    CHECK(r.directions[bin] == left);
     CHECK(r.total(0) == 2);
     r.paths.push_back({.length_m = 3.4F, .energy = Bands::filled(1)});
     r.clear_bins();
-    CHECK(r.intensity[bin] == Vec3(0));
+    CHECK(r.directions[bin] == DirectionMoments{});
     CHECK(r.total(0) == 1);  // the path
 }
 

@@ -26,13 +26,13 @@ SoundPath path(double time_s, double angle_rad, float energy, int order) {
             .energy = Bands::filled(energy)};
 }
 
-/// A response with one bin of energy 1 and the given mean direction, and direct sound before it.
-EnergyResponse one_bin(const Vec3& mean) {
+/// A response with one bin of energy 1 and the given directions, and direct sound before it.
+EnergyResponse one_bin(const DirectionMoments& mean) {
     EnergyResponse response = silence();
     response.paths.push_back(path(0.01, std::numbers::pi / 2, 1, 0));
     const std::size_t bin = response.bins.index(0.03);
     response.energy[bin] = Bands::filled(1);
-    response.intensity[bin] = mean * Bands::filled(1).sum();
+    response.directions[bin] = mean * Bands::filled(1).sum();
     return response;
 }
 
@@ -84,18 +84,28 @@ TEST_CASE("bins have the lateral energy of the figure of eight in ambisonic impu
     for (const Vec3& mean : {Vec3(0), Vec3(0.3F, 0.2F, 0.1F), Vec3(0, 0.6F, 0), Vec3(0, 0, 0.8F),
                              Vec3(0.5F, -0.5F, 0.5F), Vec3(0, 1, 0)}) {
         INFO("mean " << mean.x << ' ' << mean.y << ' ' << mean.z);
-        covariance.mixing(mean, triangle.data());
+        const DirectionMoments moments = DirectionMoments::of(mean);
+        covariance.mixing(moments, triangle.data());
         // Channel Y (ACN 1): the second row of the mixing matrix.
         const double y =
             double{triangle[1]} * double{triangle[1]} + double{triangle[2]} * double{triangle[2]};
-        const LateralParameters p = lateral_parameters(one_bin(mean), kAxis)[3];
-        // The covariance has a table of 256 lengths, the lateral energy one of 64; both are linear
-        // between them. The second moment is smooth: h^2 / 8 times its curvature, below 1e-3.
-        CHECK(*p.jlf == Approx(y / 2).margin(1e-3));
+        const LateralParameters p = lateral_parameters(one_bin(moments), kAxis)[3];
+        CHECK(*p.jlf == Approx(y / 2).margin(1e-6));  // rounding
     }
     // Companion: the means differ.
-    CHECK(*lateral_parameters(one_bin(Vec3(0, 1, 0)), kAxis)[3].jlf == Approx(0.5).margin(1e-3));
-    CHECK(*lateral_parameters(one_bin(Vec3(0)), kAxis)[3].jlf == Approx(1 / 6.0).margin(1e-3));
+    const EnergyResponse lateral = one_bin(DirectionMoments::of(Vec3(0, 1, 0)));
+    CHECK(*lateral_parameters(lateral, kAxis)[3].jlf == Approx(0.5).margin(1e-6));
+    CHECK(*lateral_parameters(one_bin({}), kAxis)[3].jlf == Approx(1 / 6.0).margin(1e-6));
+}
+
+TEST_CASE("the mean cosine of a horizontal or vertical field is near that of all its directions") {
+    // The mean of |cos| over a circle is 2 / pi, of a plane perpendicular to the axis 0.
+    const DirectionMoments horizontal{.xx = 1.0F / 6, .yy = 1.0F / 6};
+    const LateralParameters p = lateral_parameters(one_bin(horizontal), kAxis)[3];
+    CHECK(*p.jlf == Approx(0.5 / 2).margin(1e-6));
+    CHECK(*p.jlfc == Approx(2 / std::numbers::pi / 2).margin(0.015));
+    const DirectionMoments across{.xx = 1.0F / 6, .yy = -1.0F / 3};
+    CHECK(*lateral_parameters(one_bin(across), kAxis)[3].jlfc == Approx(0).margin(1e-3));
 }
 
 TEST_CASE("the mean cosine of a bin is that of directions drawn around its mean") {
@@ -106,19 +116,19 @@ TEST_CASE("the mean cosine of a bin is that of directions drawn around its mean"
     const double k = 2.5;
     const glm::dvec3 v = glm::normalize(glm::dvec3(1, 0.7, 0.2));
     constexpr int kDraws = 200'000;
-    glm::dvec3 mean(0);
+    DirectionMoments mean;
     double magnitude = 0;
     for (int n = 0; n < kDraws;) {
         const glm::dvec3 u =
             glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
         if (uniform(random) > std::exp(k * (glm::dot(u, v) - 1))) continue;
-        mean += u / double{kDraws};
+        mean += DirectionMoments::of(Vec3(u)) * (1.0F / kDraws);
         magnitude += std::abs(u.y) / kDraws;
         ++n;
     }
     const double length = 1 / std::tanh(k) - 1 / k;
-    const LateralParameters p = lateral_parameters(one_bin(Vec3(v * length)), kAxis)[0];
+    const LateralParameters p = lateral_parameters(one_bin(mean), kAxis)[0];
     // Statistical: |u.y| has a deviation of 0.3, 7e-4 in the mean; four of these.
-    CHECK(glm::length(mean) == Approx(length).margin(0.005));
+    CHECK(glm::length(mean.intensity) == Approx(length).margin(0.005));
     CHECK(*p.jlfc == Approx(magnitude / 2).margin(0.0028 / 2));
 }

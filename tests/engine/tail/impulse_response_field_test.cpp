@@ -23,7 +23,7 @@ double product_of(const std::vector<float>& a, const std::vector<float>& b) {
 TEST_CASE("sound from one direction is a plane wave") {
     EnergyResponse r = decay(0.5, all(0.5), all(1), 0.01);
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.intensity[i] = Vec3(0, r.energy[i].sum(), 0);
+        r.directions[i] = DirectionMoments::of(Vec3(0, 1, 0)) * r.energy[i].sum();
     }
     const ImpulseResponse ir = build(r, 0.5);
     double worst = 0;
@@ -44,7 +44,7 @@ TEST_CASE("energy spread beyond a bin keeps its direction") {
     EnergyResponse r = EnergyResponse::silent(TimeBins(0.2));
     for (std::size_t i = 5; i + 30 < r.bins.count(); i += 11) {
         r.energy[i][0] = 1;
-        r.intensity[i] = Vec3(0, 1, 0);
+        r.directions[i] = DirectionMoments::of(Vec3(0, 1, 0));
     }
     const ImpulseResponse ir = build(r, 0.2);
     double worst = 0;
@@ -61,9 +61,9 @@ TEST_CASE("between two bins the direction is the energy-weighted mean of both") 
     EnergyResponse r = EnergyResponse::silent(TimeBins(0.4));
     const std::size_t bin = r.bins.index(0.3);
     r.energy[bin][7] = 3;
-    r.intensity[bin] = Vec3(0, 3, 0);
+    r.directions[bin] = DirectionMoments::of(Vec3(0, 1, 0)) * 3;
     r.energy[bin + 1][7] = 1;
-    r.intensity[bin + 1] = Vec3(0, -1, 0);
+    r.directions[bin + 1] = DirectionMoments::of(Vec3(0, -1, 0));
     const auto at = [&](double time_s) {
         return static_cast<std::size_t>(time_s * kRate_hz + 0.5);
     };
@@ -109,7 +109,7 @@ TEST_CASE("a diffuse field has a third of the energy of W on each axis, all inde
 TEST_CASE("a partly directed field has the mean direction and the energy of the response") {
     EnergyResponse r = decay(1.0, all(2.0), all(1));
     for (std::size_t i = 0; i < r.bins.count(); ++i) {
-        r.intensity[i] = Vec3(0.4F, 0, -0.3F) * r.energy[i].sum();
+        r.directions[i].intensity = Vec3(0.4F, 0, -0.3F) * r.energy[i].sum();
     }
     const ImpulseResponse ir = build(r, 1.0);
     const double w = energy_of(ir.channels[0]);

@@ -136,7 +136,7 @@ TEST_CASE("energy of a ray counts if its image is not tried") {
     // Both hits of the sequence count at their mean length.
     const std::size_t bin = response.bins.index(10.1 / double{response.speed_of_sound_m_s});
     CHECK(response.energy[bin][0] == Approx(bin == response.bins.index(10 / 343.2) ? 1.25 : 1));
-    CHECK(response.intensity[bin].y == Approx(8.0));
+    CHECK(response.directions[bin].intensity.y == Approx(8.0));
     sum.clear();
     sum.add_rays(4);
     CHECK(read(none).total(0) == 0);

@@ -53,7 +53,7 @@ TEST_CASE("The first of several receivers has to the bit the response that it ha
     REQUIRE(all->responses.size() == 6);
     for (std::size_t s = 0; s < 2; ++s) {
         CHECK(all->response(s, 0).energy == alone->response(s).energy);
-        CHECK(all->response(s, 0).intensity == alone->response(s).intensity);
+        CHECK(all->response(s, 0).directions == alone->response(s).directions);
         REQUIRE(all->response(s, 0).paths.size() == alone->response(s).paths.size());
         // Companion: the other receivers hear something else.
         CHECK(all->response(s, 1).energy != alone->response(s).energy);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "aula/engine/bands.h"
+#include "aula/engine/direction_moments.h"
 #include "aula/engine/scene.h"
 #include "aula/engine/time_bins.h"
 
@@ -56,32 +57,30 @@ constexpr Real squared_pressure(Real fluence) {
 /// times Directivity::factor for others. Time 0 is the emission. Direct sound and image sources are
 /// discrete paths; all other energy is sorted into time bins.
 struct EnergyResponse {
-    TimeBins bins;                      ///< time axis of `energy` and `intensity`
+    TimeBins bins;                      ///< time axis of `energy` and `directions`
     float speed_of_sound_m_s = 343.2F;  ///< converts lengths of paths to times
     Vec3 listener{0};                   ///< its position, world axes, m
     std::uint64_t room = 0;             ///< a hash of the scene's geometry
     std::vector<Bands> energy;          ///< [bin] without `paths`
-    /// [bin] The active intensity vector, reversed to point to where the sound comes from: the sum
-    /// over arrivals and octave bands of the energy times the unit direction of arrival, world
-    /// axes. Divided by the sum of the bin's energies, its length is 1 if all sound comes from one
-    /// direction and 0 in a diffuse field.
-    std::vector<Vec3> intensity;
+    /// [bin] Of the sound without `paths`. Sums over arrivals and octave bands: each direction
+    /// counts with the energy of all bands.
+    std::vector<DirectionMoments> directions;
     /// Discrete paths by ascending length. Paths that arrive after the last bin are included.
     std::vector<SoundPath> paths;
 
     /// A response without energy.
     static EnergyResponse silent(const TimeBins& bins, float speed_of_sound_m_s = 343.2F);
 
-    /// Sets energy and intensity of all bins to zero; `paths` remain.
+    /// Sets energies and directions of all bins to zero; `paths` remain.
     void clear_bins();
 
-    /// Adds the energy of a path of that length, and its intensity, to the bin of its arrival.
+    /// Adds the energy of a path of that length, and its directions, to the bin of its arrival.
     /// After the last bin nothing is added.
-    void add(double length_m, const Bands& arrived, const Vec3& arrived_intensity) {
+    void add(double length_m, const Bands& arrived, const DirectionMoments& arrived_directions) {
         const std::size_t bin = bins.index(length_m / double{speed_of_sound_m_s});
         if (bin >= bins.count()) return;
         energy[bin] += arrived;
-        intensity[bin] += arrived_intensity;
+        directions[bin] += arrived_directions;
     }
 
     /// Time of arrival of a path in s after the emission.
