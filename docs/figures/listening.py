@@ -397,7 +397,7 @@ def flutter(studio: Studio) -> None:
 
 def headphones(studio: Studio) -> None:
     """A room through a filter for headphones, and the listener's own voice in it."""
-    # 6 dB softer, and a peak of 10 dB at 3 kHz.
+    # 5 dB softer, with a peak at 3 kHz.
     n = np.arange(512)
     ring = 0.1 * np.exp(-n / 20) * np.cos(2 * np.pi * 3000 / RATE * n)
     ring[0] += 0.5
