@@ -40,7 +40,9 @@ std::vector<std::string> moved_outside(const Scene& before, const Scene& scene) 
     check("--position: the listener", before.listener.pose_at(0).position,
           scene.listener.pose_at(0).position);
     for (std::size_t s = 0; s < scene.sources.size(); ++s)
-        check("--source-position: the source \"" + scene.sources[s].name + "\"",
+        check((scene.sources[s].from_listener ? "--position: the source \""
+                                              : "--source-position: the source \"") +
+                  scene.sources[s].name + "\"",
               before.sources[s].position_at(0), scene.sources[s].position_at(0));
     return warnings;
 }

@@ -27,13 +27,18 @@ fs::path target_of(const fs::path& output) {
     }
 }
 
-/// Whether two paths name the same file, which need not exist yet.
-bool same_file(const fs::path& a, const fs::path& b) {
+/// Whether an output, which need not exist yet, names the same file as another output or an input.
+bool same_file(const fs::path& output, const fs::path& other) {
     std::error_code error;
     // Compares device and inode.
-    if (fs::equivalent(a, b, error)) return true;
-    if (fs::exists(a, error) || fs::exists(b, error)) return false;
-    return target_of(a) == target_of(b);
+    if (fs::equivalent(output, other, error)) return true;
+    if (fs::exists(output, error) || fs::exists(other, error)) return false;
+    const fs::path target = target_of(output);
+    try {
+        return target == file_behind_links(other);
+    } catch (const std::system_error&) {
+        return false;  // an input in a folder that cannot be read: who reads it says so
+    }
 }
 
 /// Whether the output replaces the file. Devices and pipes are written directly, and may be the

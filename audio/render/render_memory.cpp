@@ -45,4 +45,12 @@ std::uint64_t renderer_bytes(const RendererConfig& config, const Hrtf* hrtf,
     return config.sources * source_bytes * listeners;
 }
 
+std::uint64_t equalizer_bytes(const HeadphoneFilter& filter, int block) {
+    const ConvolutionShape shape{.block = static_cast<std::size_t>(block), .taps = filter.taps()};
+    std::uint64_t bytes = convolution_bytes(shape);
+    for (const PartitionLevel& level : partition_levels(shape))  // the spectra of the filter
+        bytes += 2 * level.count * level.size * kFloat;
+    return filter.ears.size() * bytes;
+}
+
 }  // namespace aula

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "audio/render/headphones.h"
 #include "audio/render/renderer.h"
 
 namespace aula {
@@ -12,5 +13,8 @@ namespace aula {
 /// binaural.
 std::uint64_t renderer_bytes(const RendererConfig& config, const Hrtf* hrtf,
                              std::size_t listeners = 1);
+
+/// An estimate of the memory of a HeadphoneEqualizer.
+std::uint64_t equalizer_bytes(const HeadphoneFilter& filter, int block);
 
 }  // namespace aula

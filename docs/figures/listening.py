@@ -247,7 +247,8 @@ def near(studio: Studio) -> None:
     points = [{"t": 8 * float(a) / (2 * np.pi),
                "position": [0.25 * float(np.cos(a)), 0.25 * float(np.sin(a)), 0]} for a in turn]
     around = {"sources": [{"name": "whisper", "signal": str(SOUNDS / "speech_woman.wav"),
-                           "gain_db": -12, "path": {"points": points, "loop": True}}],
+                           "gain_db": -12, "loop": True,
+                           "path": {"points": points, "loop": True}}],
               "listener": {"position": [0, 0, 0]}}
     studio.run("around_head.wav", around, "--offline", "OUT", "--duration", "8")
     figure, axis = chart()
@@ -410,7 +411,7 @@ def headphones(studio: Studio) -> None:
                str(studio.folder / "headphones_filter.wav"))
     room["sources"] = [{"name": "voice", "position": [0.1, 0, -0.08], "relative_to": "listener",
                         "directivity": "talker", "signal": str(SOUNDS / "speech_woman.wav"),
-                        "gain_db": -12}]
+                        "gain_db": -12, "loop": True}]
     room["listener"] = walk([7, 3.5, 1.6], [0.6, 3.5, 1.6], 10)
     for point in room["listener"]["path"]["points"]:
         point["yaw_deg"] = 180

@@ -24,10 +24,14 @@ Pose interpolate(const Pose& a, const Pose& b, float weight) {
 }
 
 /// The path of a place on the listener. The arcs of its turns become chords of at most 5 degrees,
-/// which are within 0.1 % of the place's distance from the listener.
+/// which are within 0.1 % of the place's distance from the listener for turns about one axis, 0.5 %
+/// about three. Of more than kMostChords turns, which is an hour at 4 turns a second, the last ones
+/// are straight lines.
 Trajectory attached_path(const Trajectory& listener, const Vec3& from_listener) {
     constexpr float kTurn_rad = 5 * std::numbers::pi_v<float> / 180;
-    constexpr float kMostChords = 1000;  // of one turn
+    constexpr float kMostOfTurn = 1000;
+    constexpr int kMostChords = 1'000'000;
+    int left = kMostChords;
     Trajectory path{{}, listener.loop};
     const Trajectory::Keyframe* before = nullptr;
     for (const Trajectory::Keyframe& point : listener.points) {
@@ -36,8 +40,9 @@ Trajectory attached_path(const Trajectory& listener, const Vec3& from_listener) 
                 std::max({std::abs(point.pose.yaw_rad - before->pose.yaw_rad),
                           std::abs(point.pose.pitch_rad - before->pose.pitch_rad),
                           std::abs(point.pose.roll_rad - before->pose.roll_rad)});
-            const auto chords =
-                static_cast<int>(std::min(std::ceil(turn_rad / kTurn_rad), kMostChords));
+            const int chords = std::min(
+                static_cast<int>(std::min(std::ceil(turn_rad / kTurn_rad), kMostOfTurn)), left + 1);
+            left -= std::max(chords - 1, 0);
             for (int i = 1; i < chords; ++i) {
                 const double share = static_cast<double>(i) / chords;
                 path.points.push_back(

@@ -2,10 +2,13 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "apps/session/offline/offline.h"
 #include "audio/file/headphone_file.h"
 #include "aula/audio/sound_file.h"
+#include "aula/exception.h"
 #include "aula/measurement.h"
 #include "tests/session/auralizer/auralizer_rendering.h"
 #include "tests/support/temporary_folder.h"
@@ -117,6 +120,33 @@ TEST_CASE("Impulse responses for headphones contain their filter, measured and p
     Channels unfiltered = played({});
     equalize(*filter, unfiltered);
     CHECK(difference(played(file), unfiltered) < kRounding);
+}
+
+TEST_CASE("The limit of the memory of a room includes its headphones") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "long.wav";
+    constexpr std::size_t kTaps = 180'000;
+    WavWriter writer(file, kRate_hz, 1, SampleFormat::float32);
+    writer.write(std::vector<float>(kTaps, 1e-3F));
+    writer.commit();
+    const auto taken_bytes = [&](const std::filesystem::path& headphones) {
+        AuralizerOptions options;
+        options.headphones = headphones;
+        options.listeners = 2;
+        options.max_memory_bytes = 1;
+        try {
+            const Auralizer auralizer(small_room(), options);
+        } catch (const InputError& error) {
+            const std::string text = error.what();
+            return std::stoull(text.substr(text.find("take ") + 5));
+        }
+        FAIL("accepted");
+        return 0ULL;
+    };
+    const auto more_bytes = static_cast<double>(taken_bytes(file) - taken_bytes({}));
+    // Spectra of the filter and of the past, two floats per tap each; for each ear of two
+    // listeners. Measured: 16.3.
+    CHECK(more_bytes / (2 * 2 * kTaps) == Approx(16.3).epsilon(0.1));
 }
 
 TEST_CASE("Headphones are refused for other outputs than binaural") {

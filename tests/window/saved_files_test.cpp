@@ -93,6 +93,41 @@ TEST_CASE("A saved scene keeps trajectories of the listener and of sources that 
     CHECK(saved.sources[1].path);
 }
 
+TEST_CASE("A source on the listener that was moved or turned is saved where it plays") {
+    const WorkingFolder folder;
+    std::ofstream("own.json") << R"({"aula": 1,
+        "geometry": [{"box": [5, 4, 3], "material": "wood"}],
+        "sources": [{"name": "own", "position": [0.1, 0, 0], "relative_to": "listener",
+                     "signal": "noise"}],
+        "listener": {"position": [1, 1, 1.6], "yaw_deg": 90}})";
+    WindowOptions options;
+    options.load = [](const std::filesystem::path& file) { return load_scene(file); };
+    const EditedScene edited(open_scene(options, "own.json"));
+    PlayControls controls;
+    controls.listener = Pose{.position = {3, 2, 1.7F}};
+    controls.sources.resize(1);
+    CHECK(save_played_scene(edited, controls, edited.scene().simulation) ==
+          "scene written to own-edited.json, without comments");
+    CHECK(load_scene("own-edited.json").scene.sources[0].position == Vec3(3.1F, 2, 1.7F));
+    for (const bool turned : {false, true}) {
+        CAPTURE(turned);
+        controls.sources[0] = {};
+        if (turned)
+            controls.sources[0].angles_rad = Vec3(0.5F, 0, 0);
+        else
+            controls.sources[0].position = Vec3(4, 3, 1);
+        const std::string file = turned ? "own-edited-3.json" : "own-edited-2.json";
+        CHECK(save_played_scene(edited, controls, edited.scene().simulation) ==
+              "scene written to " + file +
+                  ", without comments and relative_to of own, which was "
+                  "moved");
+        const Pose saved = load_scene(file).scene.sources[0].pose_at(0);
+        const Pose played = controls.source_at(edited.scene(), 0, 0);
+        CHECK(saved.position == played.position);
+        CHECK(saved.yaw_rad == Approx(played.yaw_rad));
+    }
+}
+
 TEST_CASE("The saved scene of a model is that of aula import, with the changes") {
     const WorkingFolder folder;
     std::ofstream("box.obj") << "v 0 0 0\nv 6 0 0\nv 6 5 0\nv 0 5 0\nv 0 0 3\nv 6 0 3\nv 6 5 3\n"

@@ -109,8 +109,8 @@ typedef struct aula_options {
     uint64_t max_memory_bytes;   /* a room whose renderers take more when it is created, some MB for
                                     each of max_sources at each listener, is refused; 0: 2^32 */
     const char *headphones;      /* sound file of an impulse response of at most 4 s with which the
-                                    output of AULA_BINAURAL is convolved: 1 channel for both ears, or
-                                    left and right; 1.0 is the gain 1; null: none */
+                                    output of AULA_BINAURAL is convolved: 1 channel for both ears,
+                                    or left and right; 1.0 is the gain 1; null: none */
 } aula_options;
 
 /* The input of a source in one call of aula_room_process() or aula_room_process_exactly(). */
@@ -131,7 +131,8 @@ typedef struct aula_status {
     double frame_worst_ms;    /* longest computation time of all frames */
     double frame_period_ms;   /* time between frames; in real time frame_ms must be below it */
     double frame_age_s;       /* time since the newest frame reached the sound (AULA_REAL_TIME) */
-    double response_length_s; /* length of the impulse responses, constant */
+    double response_length_s; /* length of the room's impulse responses, constant; those
+                                 that are heard are longer by that of the headphones */
     int64_t tail_samples;     /* how long sources are heard after their signals have ended */
     uint64_t memory_bytes;    /* memory of the propagation's caches */
     int32_t rays;             /* per source in the newest frame */

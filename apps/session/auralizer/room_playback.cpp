@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "audio/file/headphone_file.h"
+#include "audio/render/render_memory.h"
 
 namespace aula {
 
@@ -30,7 +31,8 @@ std::shared_ptr<const HeadphoneFilter> headphones_of(const AuralizerOptions& opt
 /// free for a while before another source plays in it.
 constexpr std::size_t kSpareSlots = 2;
 
-FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, int block) {
+FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, int block,
+                          const HeadphoneFilter* headphones) {
     // Not more spare slots than sources that can be added without a removal: if the scene has
     // max_sources sources, replacing one is rare.
     const std::size_t spare = std::min(options.max_sources - scene.sources.size(), kSpareSlots);
@@ -43,6 +45,7 @@ FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, i
             .listeners = options.listeners,
             .waves_ready =
                 options.clock == RenderClock::real_time ? WavesReady::later : WavesReady::at_once,
+            .headphones_bytes = headphones != nullptr ? equalizer_bytes(*headphones, block) : 0,
             .max_memory_bytes = options.max_memory_bytes};
 }
 
@@ -53,7 +56,7 @@ RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, 
     : rate_hz_(options.sample_rate_hz),
       before_frame_(options.before_frame),
       headphones_(headphones_of(options)),
-      computer_(scene, settings_of(scene, options, block),
+      computer_(scene, settings_of(scene, options, block, headphones_.get()),
                 hrtf ? std::move(hrtf) : hrtf_of(options)),
       renderer_(computer_.config(), options.listeners, computer_.hrtf(), headphones_.get()),
       renderer_slots_(computer_.config().sources),

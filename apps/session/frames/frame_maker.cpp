@@ -22,7 +22,9 @@ namespace {
 /// memory than allowed.
 RendererConfig checked_config(const RendererConfig& config, const FrameSettings& settings,
                               const Hrtf* hrtf) {
-    const std::uint64_t bytes = renderer_bytes(config, hrtf, settings.listeners);
+    const std::uint64_t more = settings.listeners * settings.headphones_bytes;
+    const std::uint64_t renderers = renderer_bytes(config, hrtf, settings.listeners);
+    const std::uint64_t bytes = std::max(renderers, renderers + more);  // no overflow
     if (bytes > settings.max_memory_bytes)
         throw InputError("auralizer: its renderers take " + std::to_string(bytes) +
                          " bytes; expected at most " + std::to_string(settings.max_memory_bytes) +

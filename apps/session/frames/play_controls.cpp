@@ -21,8 +21,10 @@ Pose SourceControl::over(Pose pose) const {
 
 Pose PlayControls::source_at(const Scene& scene, std::size_t s, double time_s) const {
     const Source& placed = scene.sources[s];
-    const bool follows = listener && placed.from_listener;
-    return source(s).over(follows ? listener->at(*placed.from_listener) : placed.pose_at(time_s));
+    const SourceControl control = source(s);
+    if (!placed.from_listener) return control.over(placed.pose_at(time_s));
+    if (control.position) return control.over({});  // no longer on the listener
+    return control.over(listener ? listener->at(*placed.from_listener) : placed.pose_at(time_s));
 }
 
 bool PlayControls::audible(std::size_t s) const {

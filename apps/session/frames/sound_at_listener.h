@@ -34,7 +34,8 @@ struct FrameSettings {
     std::size_t max_sources = 0;       ///< including sources that ring out; at least the scene's
     std::size_t listeners = 1;
     WavesReady waves_ready = WavesReady::at_once;
-    /// Of the renderers of all listeners, see renderer_bytes().
+    std::uint64_t headphones_bytes = 0;  ///< see equalizer_bytes()
+    /// Of the renderers and equalizers of all listeners, see renderer_bytes().
     std::uint64_t max_memory_bytes = std::numeric_limits<std::uint64_t>::max();
 };
 

@@ -18,7 +18,7 @@ Scene played_scene(Scene scene, const PlayControls& controls, const Simulation& 
         Source& source = scene.sources[s];
         if (control.gain_db) source.gain_db = *control.gain_db;
         if (!control.position && !control.angles_rad) continue;
-        source.set_pose(control.over(source.pose_at(0)));
+        source.set_pose(controls.source_at(scene, s, 0));
         source.path.reset();
         source.from_listener.reset();
     }
@@ -35,8 +35,11 @@ std::string save_played_scene(const EditedScene& edited, const PlayControls& con
     if (!is_mesh_file(edited.file())) left_out.emplace_back("comments");
     for (std::size_t s = 0; s < saved.sources.size(); ++s) {
         saved.sources[s].loop = read.scene.sources[s].loop;
-        if (edited.scene().sources[s].path && !saved.sources[s].path)
-            left_out.push_back("the path of " + saved.sources[s].name + ", which was moved");
+        const Source& before = edited.scene().sources[s];
+        if (before.from_listener && !saved.sources[s].from_listener)
+            left_out.push_back("relative_to of " + before.name + ", which was moved");
+        else if (before.path && !saved.sources[s].path)
+            left_out.push_back("the path of " + before.name + ", which was moved");
     }
     const NewFile file(edited.file().stem().string() + "-edited", ".json");
     write_edited_scene(read, saved, edited.file(), file.path());

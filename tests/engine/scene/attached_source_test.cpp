@@ -67,6 +67,17 @@ TEST_CASE("a source relative to the listener follows its path through turns, loo
     CHECK(glm::distance(coarse.at(0.5).position, scene.sources[0].pose_at(0.5).position) > 0.1F);
 }
 
+TEST_CASE("the path of a source on a listener that turns without end has a limited memory") {
+    Scene scene = scene_of(kMouth, R"({"position": [0, 0, 0]})");
+    scene.listener.path = Trajectory{};
+    for (int i = 0; i < 20'000; ++i)
+        scene.listener.path->points.push_back(
+            {static_cast<double>(i), Pose{{0, 0, 0}, i % 2 == 0 ? 0 : 1e4F, 0, 0}});
+    scene.attach_sources();
+    CHECK(scene.sources[0].path->points.size() > 1'000'000);  // of 20 million chords
+    CHECK(scene.sources[0].path->points.size() < 1'030'000);
+}
+
 TEST_CASE("a source relative to the listener has neither a path nor an orientation of its own") {
     const auto refused = [](const std::string& members, const std::string& message) {
         CHECK_THROWS_WITH(scene_of("{" + members + "}", R"({"position": [0, 0, 0]})"),

@@ -87,7 +87,12 @@ TEST_CASE("A source on the listener follows the user's walk until the user moves
     CHECK(same_pose(controls.source_at(scene, 0, 1), walked.at({0.1F, 0, 0})));
     controls.sources.resize(1);
     controls.sources[0].position = Vec3(4, 3, 1);
-    CHECK(controls.source_at(scene, 0, 1).position == Vec3(4, 3, 1));
+    CHECK(same_pose(controls.source_at(scene, 0, 1), Pose{{4, 3, 1}, 0, 0, 0}));
+    // Turned alone it is still there, and does not turn with the head.
+    controls.sources[0] = {};
+    controls.sources[0].angles_rad = Vec3(0.5F, 0, 0);
+    CHECK(controls.source_at(scene, 0, 1).position == walked.at({0.1F, 0, 0}).position);
+    CHECK(controls.source_at(scene, 0, 1).yaw_rad == 0.5F);
     // Companion: other sources stay where they are.
     scene.sources[0].from_listener.reset();
     controls.sources.clear();
