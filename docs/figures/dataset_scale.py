@@ -109,23 +109,25 @@ def main() -> None:
             sys.exit(f"{word}: expected FIGURE=VALUE with one of "
                      + ", ".join(f.name for f in dataclasses.fields(Figures)))
         setattr(figures, name, type(field.default)(float(value)))
-    print("| responses | nodes | shards | core hours | hours | failed tasks | shards TB | plan GB "
-          "| written GB/s | tasks started per s |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
-    cases = [(1e6, 1), (1e6, 10), (1e9, 100), (1e9, figures.nodes)]
-    for responses, nodes in cases:
-        e = expected(dataclasses.replace(figures, nodes=nodes), responses)
-        print(f"| {responses:.0e} | {nodes} | {e['shards']} | {e['core_hours']:.3g} | "
+    print("| responses | nodes | cores of a node | shards | core hours | hours | failed tasks "
+          "| shards TB | plan GB | written GB/s | tasks started per s |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    cores = figures.cores
+    cases = [(1e5, 1, 2), (1e6, 1, cores), (1e6, 10, cores), (1e9, 100, cores),
+             (1e9, figures.nodes, cores)]
+    for responses, nodes, cores in cases:
+        e = expected(dataclasses.replace(figures, nodes=nodes, cores=cores), responses)
+        print(f"| {responses:.0e} | {nodes} | {cores} | {e['shards']} | {e['core_hours']:.3g} | "
               f"{e['hours']:.2g} | {e['failures']:.2g} | {e['terabytes']:.2g} | "
               f"{e['plan_gb']:.2g} | {e['write_gb_s']:.2g} | {e['starts_per_s']:.2g} |")
-    print("\n| responses | nodes | core hours | hours | failed tasks | sweeps |")
-    print("|---|---|---|---|---|---|")
-    for responses, nodes in cases:
-        runs = [simulate(dataclasses.replace(figures, nodes=nodes), responses, seed)
+    print("\n| responses | nodes | cores of a node | core hours | hours | failed tasks | sweeps |")
+    print("|---|---|---|---|---|---|---|")
+    for responses, nodes, cores in cases:
+        runs = [simulate(dataclasses.replace(figures, nodes=nodes, cores=cores), responses, seed)
                 for seed in range(5)]
         mean = {key: np.mean([run[key] for run in runs]) for key in runs[0]}
-        print(f"| {responses:.0e} | {nodes} | {mean['core_hours']:.3g} | {mean['hours']:.2g} | "
-              f"{mean['failures']:.2g} | {mean['sweeps']:.2g} |")
+        print(f"| {responses:.0e} | {nodes} | {cores} | {mean['core_hours']:.3g} | "
+              f"{mean['hours']:.2g} | {mean['failures']:.2g} | {mean['sweeps']:.2g} |")
 
 
 if __name__ == "__main__":
