@@ -95,7 +95,7 @@ TEST_CASE("Headphones convolve each ear with its channel of the file") {
         Signals out = ears;
         for (std::size_t done = 0, turn = 0; done < out[0].size(); ++turn) {
             const std::size_t samples =
-                std::min<std::size_t>(std::array{256, 1, 77}[turn % 3], out[0].size() - done);
+                std::min(std::array<std::size_t, 3>{256, 1, 77}[turn % 3], out[0].size() - done);
             equalizer.process(std::array{out[0].data() + done, out[1].data() + done},
                               static_cast<int>(samples));
             done += samples;
