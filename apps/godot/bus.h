@@ -15,7 +15,7 @@ class Bus {
     Bus(std::string name, std::shared_ptr<BusProcessor> processor, const std::string& send);
     Bus(const Bus&) = delete;
     Bus& operator=(const Bus&) = delete;
-    /// Removes the bus, unless somebody else has.
+    /// Removes the bus, unless it has been removed.
     ~Bus();
 
     const std::string& name() const { return name_; }

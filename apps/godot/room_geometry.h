@@ -24,7 +24,7 @@ struct RoomMaterial {
     std::vector<float> absorption, scattering, sound_reduction_db;
 };
 
-/// What is below an AulaRoom.
+/// The nodes below an AulaRoom.
 struct RoomGeometry {
     std::vector<RoomMesh> meshes;
     std::vector<RoomMaterial> materials;

@@ -28,7 +28,7 @@ bool is_ready(const std::future<RoomHandle>& room) {
     return room.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-/// Rooms that nobody wants any more and threads still make: a future waits when it is destroyed.
+/// Rooms that are no longer needed and threads still make: a future waits when it is destroyed.
 std::vector<std::future<RoomHandle>>& abandoned() {
     static std::vector<std::future<RoomHandle>> rooms;
     return rooms;

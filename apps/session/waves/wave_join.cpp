@@ -244,7 +244,7 @@ WaveJoin::WaveJoin(const Scene& scene, const WaveJoin* before, const std::stop_t
 
 void WaveJoin::find(const Scene& scene, const WaveJoin* before, const std::stop_token& stop) {
     const auto rays = std::make_shared<const RayScene>(scene);
-    // Where nobody asks for a frequency, modes below all octaves are not worth their time.
+    // Without a given frequency, modes below all octaves are not worth their time.
     const bool is_auto = scene.simulation.waves_hz == Simulation::kHighestWaves_hz;
     const double lowest_hz = is_auto ? double{kBandCentres_hz[0]} / std::numbers::sqrt2
                                      : double{Simulation::kLowestWaves_hz};
