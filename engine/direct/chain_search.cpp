@@ -43,6 +43,7 @@ constexpr std::int64_t kFirstRays = 65'536;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
 
 constexpr double kOnLine_m = 1e-3;
+// Along each of two edges: they see each other if one of nine segments between them is free.
 constexpr std::array kPlaces{0.5, 0.05, 0.95};
 
 /// Whether a point lies in the open angle of an edge or on one of its faces.

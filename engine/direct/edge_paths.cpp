@@ -20,6 +20,7 @@ namespace aula {
 
 namespace {
 
+// Where the straight path passes an edge as closely, a ray could contradict the sign of the field.
 constexpr double kBesideEdge_m = 1e-3;
 
 // In the lit zone an edge matters up to two wavelengths of the lowest band.

@@ -29,6 +29,8 @@ constexpr double kShort_m = 0.1;
 constexpr double kLong_m = 0.25;
 constexpr std::size_t kFew = 2000;
 constexpr double kSmallObject_m = 0.3;
+
+// Curved surfaces: an octagonal column, whose bends are 45 degrees, is one.
 constexpr double kCurvedBend_rad = 46 * std::numbers::pi / 180;
 constexpr double kCurvedFace_m = 1;
 constexpr double kNearlyParallel = 0.9;
