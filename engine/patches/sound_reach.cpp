@@ -15,7 +15,10 @@ constexpr std::size_t kChunk = 1024;  // samples of a job
 constexpr int kWalks = 4096;
 constexpr int kWalkBounces = 32;
 constexpr int kWalkRounds = 12;
-constexpr float kLeave_patches = 2;         // distance from the start from which on hits count
+// Distance from the start from which on hits count: a walk that begins in a corner stays there for
+// some reflections, whose hits would raise the irradiance of the corner.
+constexpr float kLeave_patches = 2;
+
 constexpr std::size_t kHitsPerPatch = 512;  // mean upper limit, to estimate the irradiance
 
 }  // namespace

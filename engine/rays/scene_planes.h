@@ -17,7 +17,8 @@ class ScenePlanes {
  public:
     using Point = glm::dvec3;
 
-    /// Area of the smallest plane that has image sources.
+    /// Area of the smallest plane that has image sources. The first Fresnel zone of a reflection
+    /// has 0.07 m2 at 16 kHz, with source and listener at 2 m.
     static constexpr double kSmallestMirror_m2 = 0.01;
 
     struct Plane {

@@ -49,8 +49,10 @@ struct NearModes {
 };
 
 /// Computes the modes up to a wave number by subspace iteration with Chebyshev's polynomials (Zhou
-/// and Saad 2007) and Rayleigh-Ritz projection. The same bytes for any number of threads. A request
-/// to stop ends it after the present pass, with what has been found.
+/// and Saad 2007) and Rayleigh-Ritz projection. Lanczos' method with sparse factors of the inverse
+/// takes several times as long, and cannot begin from the modes of a room that has changed. The
+/// same bytes for any number of threads. A request to stop ends it after the present pass, with
+/// what has been found.
 RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, WorkerPool& pool,
                           const std::optional<NearModes>& near = {},
                           const std::stop_token& stop = {});
