@@ -107,6 +107,10 @@ bool has_sha_instructions() {
     _mm_storeu_si128(reinterpret_cast<__m128i*>(state.data() + 4), _mm_alignr_epi8(dchg, feba, 8));
 }
 
+#else
+
+bool has_sha_instructions() { return false; }
+
 #endif
 
 }  // namespace

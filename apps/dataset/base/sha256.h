@@ -23,7 +23,7 @@ class Sha256 {
     /// Adds whole blocks of 64 bytes.
     void compress(const unsigned char* bytes, std::size_t blocks);
 
-    bool portable_;
+    [[maybe_unused]] bool portable_;  ///< read where processors can have the instructions
     std::array<std::uint32_t, 8> state_;
     std::array<unsigned char, 64> block_{};
     std::size_t filled_ = 0;    ///< bytes of block_
