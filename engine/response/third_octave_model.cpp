@@ -18,19 +18,38 @@ struct Position {
     float share;  ///< of the octave above
 };
 
-constexpr Position position_of(std::size_t third) {
-    const int thirds =
-        std::clamp(static_cast<int>(third) - kOctave63, 0, 3 * static_cast<int>(kBandCount - 1));
-    return {static_cast<std::size_t>(thirds / 3), static_cast<float>(thirds % 3) / 3};
+/// Of a point of the model: the third octave n has its centre at the point 2 n + 1.
+constexpr Position position_of(std::size_t point) {
+    const int sixths = std::clamp(static_cast<int>(point) - 1 - 2 * kOctave63, 0,
+                                  6 * static_cast<int>(kBandCount - 1));
+    return {static_cast<std::size_t>(sixths / 6), static_cast<float>(sixths % 6) / 6};
 }
 
-constexpr std::array<Position, ThirdOctaveModel::kCount> positions() {
-    std::array<Position, ThirdOctaveModel::kCount> all{};
-    for (std::size_t t = 0; t < all.size(); ++t) all[t] = position_of(t);
+constexpr auto kPositions = [] {
+    std::array<Position, 2 * ThirdOctaveModel::kCount + 1> all{};
+    for (std::size_t p = 0; p < all.size(); ++p) all[p] = position_of(p);
     return all;
+}();
+
+double frequency_hz(std::size_t point) {
+    return 1000 * std::pow(10.0, (static_cast<double>(point) - 27) / 20);
 }
 
-constexpr std::array<Position, ThirdOctaveModel::kCount> kPositions = positions();
+Bands levels_of(const Bands& octaves) {
+    Bands levels;  // base 2
+    for (std::size_t b = 0; b < kBandCount; ++b) levels[b] = std::log2(octaves[b]);
+    return levels;
+}
+
+/// The mean over a band of an energy whose level, base 2, rises linearly by `rise` and has the
+/// value `centre` in its middle: 2^centre sinh(x) / x, x = rise ln(2) / 2.
+float mean_energy(float centre, float rise) {
+    // The difference loses digits where the rise is small. Beside silence it is not finite.
+    constexpr float kSmall = 0.02F;
+    if (!std::isfinite(rise) || std::abs(rise) < kSmall) return std::exp2(centre);
+    return (std::exp2(centre + rise / 2) - std::exp2(centre - rise / 2)) /
+           (rise * std::numbers::ln2_v<float>);
+}
 
 }  // namespace
 
@@ -44,11 +63,12 @@ const char* third_octave_name(std::size_t third) {
 
 ThirdOctaveModel::ThirdOctaveModel(const Medium& medium) {
     const Bands octaves = medium.attenuation_per_m();
-    for (std::size_t t = 0; t < kCount; ++t) {
-        const auto [below, share] = kPositions[t];
+    for (std::size_t p = 0; p < kPoints; ++p) {
+        const auto [below, share] = kPositions[p];
         double inside = double{octaves[below]};
         if (share > 0) inside += double{share} * (double{octaves[below + 1]} - inside);
-        excess_per_m_[t] = static_cast<float>(air_attenuation_per_m(medium, centre_hz(t)) - inside);
+        excess_per_m_[p] =
+            static_cast<float>(air_attenuation_per_m(medium, frequency_hz(p)) - inside);
     }
 }
 
@@ -60,16 +80,32 @@ std::size_t ThirdOctaveModel::octave(std::size_t third) {
     return std::min(third / 3, kBandCount - 1);
 }
 
-ThirdOctaveModel::Values ThirdOctaveModel::energies(const Bands& octaves, double length_m) const {
-    std::array<float, kBandCount> level;  // base 2
-    for (std::size_t b = 0; b < kBandCount; ++b) level[b] = std::log2(octaves[b]);
+/// The level of a point, base 2.
+float ThirdOctaveModel::level(const Bands& octave_levels, double length_m,
+                              std::size_t point) const {
+    const auto [below, share] = kPositions[point];
+    float x = octave_levels[below];
+    if (share > 0) x = (1 - share) * x + share * octave_levels[below + 1];
     const float nepers = -static_cast<float>(length_m * std::numbers::log2e);
+    return x + nepers * excess_per_m_[point];
+}
+
+ThirdOctaveModel::Values ThirdOctaveModel::at_centres(const Bands& octaves, double length_m) const {
+    const Bands levels = levels_of(octaves);
     Values energies;
+    for (std::size_t t = 0; t < kCount; ++t)
+        energies[t] = std::exp2(level(levels, length_m, 2 * t + 1));
+    return energies;
+}
+
+ThirdOctaveModel::Values ThirdOctaveModel::energies(const Bands& octaves, double length_m) const {
+    const Bands levels = levels_of(octaves);
+    Values energies;
+    float lower = level(levels, length_m, 0);
     for (std::size_t t = 0; t < kCount; ++t) {
-        const auto [below, share] = kPositions[t];
-        float x = level[below];
-        if (share > 0) x = (1 - share) * x + share * level[below + 1];
-        energies[t] = std::exp2(x + nepers * excess_per_m_[t]);
+        const float upper = level(levels, length_m, 2 * t + 2);
+        energies[t] = mean_energy(level(levels, length_m, 2 * t + 1), upper - lower);
+        lower = upper;
     }
     return energies;
 }

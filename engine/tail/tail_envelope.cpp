@@ -99,7 +99,8 @@ std::vector<TailSegment> tail_envelope(const EnergyResponse& energy, const Third
         if (is_inside && spread[i].max() > 0) {
             const double centre_s = 0.5 * (begin_s + bins.end_s(i));
             best_version<take_from_neighbours>(
-                model.energies(spread[i], centre_s * double{energy.speed_of_sound_m_s}), amplitude);
+                model.at_centres(spread[i], centre_s * double{energy.speed_of_sound_m_s}),
+                amplitude);
             // The squared pressure is spread over the bin's samples.
             const double samples = (bins.end_s(i) - begin_s) * sample_rate_hz;
             best_version<to_amplitude>(amplitude,

@@ -170,8 +170,8 @@ class Parameters(unittest.TestCase):
         octaves = given["T30"]
         self.assertEqual(thirds["T30"].shape, octaves.shape[:2] + (26,))
         self.assertEqual(thirds["G_error"].shape, thirds["G"].shape)
-        # The third octaves at the centres of octaves are those of the octaves.
-        np.testing.assert_allclose(thirds["T30"][..., 1::3][..., :8], octaves, rtol=1e-3)
+        # The third octaves at the centres of octaves are near the octaves.
+        np.testing.assert_allclose(thirds["T30"][..., 1::3][..., :8], octaves, rtol=0.02)
         with self.assertRaisesRegex(aula.Error, "third_octaves=True"):
             aula.measure(box(), **self.places, **FEW).parameters(bands="third")
         self.assertTrue(np.isnan(given["C80_error"]).all())

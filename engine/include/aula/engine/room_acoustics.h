@@ -37,8 +37,8 @@ RoomParameters room_parameters(const EnergyResponse& response);
 using ThirdOctaveParameters = std::array<BandParameters, kThirdOctaveCount>;
 
 /// The same in third octaves, from the octaves of the response and its medium: the loss by surfaces
-/// in dB is interpolated linearly in the logarithm of the frequency, that by air is exact at the
-/// centre of each third octave.
+/// in dB is interpolated linearly in the logarithm of the frequency, that by air is exact. The
+/// energy of a third octave is the mean over it.
 ThirdOctaveParameters third_octave_parameters(const EnergyResponse& response, const Medium& medium);
 
 /// Strength in dB below which a source is not audible: 60 dB below its level at 1 m. A voice of
