@@ -16,6 +16,9 @@ namespace {
 constexpr std::size_t kSmallest = 16;
 constexpr std::size_t kLargest = 8192;
 
+// A segment follows the exchanges of filters once.
+constexpr std::size_t kQuickPartition = 1024;
+
 /// Levels of the given sizes. Each starts at its earliest tap and ends where the next one starts.
 std::vector<PartitionLevel> levels_of(const ConvolutionShape& shape,
                                       const std::vector<std::size_t>& sizes) {
@@ -90,6 +93,7 @@ std::vector<PartitionLevel> partition_levels(const ConvolutionShape& shape) {
             consider(sizes);
             if (sizes.size() == kMaxLevels) return;
             for (std::size_t next = 2 * sizes.back(); next <= kLargest; next *= 2) {
+                if (next > kQuickPartition && 2 * next < shape.quick_taps) continue;
                 sizes.push_back(next);
                 extend(sizes);
                 sizes.pop_back();

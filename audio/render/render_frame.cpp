@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
+#include "audio/convolution/partition_levels.h"
 #include "audio/dsp/fft.h"
 #include "audio/spatial/ambisonic_decoder.h"
 
@@ -27,8 +29,10 @@ constexpr std::size_t kShortestTurn_samples = 64;
 constexpr std::size_t kMovingEarly = 20;
 constexpr std::size_t kMaxMovingEarly = 10;
 
-// Phases of a walk turn by less than half a period from step to step up to 1.3 kHz.
-constexpr double kSteps_hz = 30;
+// The reverberation changes in all steps of a frame before this tap, 0.17 s at 48 kHz, and in every
+// second one after it, where partitions of least cost follow 12 or 6 times a second.
+constexpr std::size_t kQuickTaps = 8192;
+
 // Each has a filter.
 constexpr double kMostSteps = 4;
 
@@ -78,7 +82,7 @@ int frame_samples(const RendererConfig& config) {
 
 std::size_t frame_steps(const RendererConfig& config) {
     return static_cast<std::size_t>(
-        std::clamp(std::ceil(config.frame_s * kSteps_hz - 1e-6), 1.0, kMostSteps));
+        std::clamp(std::ceil(config.frame_s * config.steps_hz - 1e-6), 1.0, kMostSteps));
 }
 
 RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
@@ -92,10 +96,17 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     reverberation.outputs = ambisonic_channels(field_order(config));
     reverberation.block = block;
     reverberation.taps = config.response_samples + early_taps;
+    reverberation.quick_taps = kQuickTaps;
     const std::size_t filter_bytes =
         2 * sizeof(float) * reverberation.inputs * reverberation.outputs * reverberation.taps;
     reverberation.half_precision_tail =
         config.half_precision_tail || filter_bytes > kLargeFilter_bytes;
+    const std::vector<PartitionLevel> levels = partition_levels(reverberation);
+    const auto slow = std::find_if(levels.begin(), levels.end(), [](const PartitionLevel& level) {
+        return level.first_tap >= kQuickTaps;
+    });
+    quick_levels = static_cast<std::size_t>(slow - levels.begin());
+    quick_samples = std::min(config.response_samples, std::prev(slow)->end_tap() + lead_samples);
 
     path.hrtf = binaural ? hrtf : nullptr;
     path.order = field_order(config);
@@ -115,7 +126,8 @@ RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {
     const double step_samples = config.frame_s * rate / static_cast<double>(steps);
     fade_samples =
         std::max(kShortestFade_samples, static_cast<std::size_t>(std::floor(step_samples + 1e-6)));
-    path_fade_samples = std::min(to_samples(kPathFade_s, rate), fade_samples);
+    path_fade_samples = std::min(to_samples(kPathFade_s, rate),
+                                 std::max(kShortestFade_samples, path.frame_samples));
 }
 
 std::size_t moving_early_paths(std::size_t sources) {

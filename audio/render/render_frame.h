@@ -13,7 +13,13 @@ namespace aula {
 struct RenderShape {
     RenderShape(const RendererConfig& config, const Hrtf* hrtf);
 
-    ConvolutionShape reverberation;     ///< from the sources to the ambisonic field
+    ConvolutionShape reverberation;  ///< from the sources to the ambisonic field
+    /// Whether all levels of the reverberation change in a step; else the quick ones do. The last
+    /// step is whole, and every second one before it.
+    bool is_whole(std::size_t step) const { return (steps - 1 - step) % 2 == 0; }
+
+    std::size_t quick_levels;           ///< of the reverberation
+    std::size_t quick_samples;          ///< of a response, those that these levels hold
     std::size_t lead_samples;           ///< delay of the decoder, subtracted from all decoded sound
     std::size_t early_taps;             ///< length of the filter of an early path
     PathShape path;                     ///< direct sound and the strongest early paths

@@ -5,6 +5,7 @@
 #include <functional>
 #include <utility>
 
+#include "audio/convolution/partition_levels.h"
 #include "audio/dsp/band_filter.h"
 #include "audio/dsp/fractional_delay.h"
 #include "audio/dsp/kernels.h"
@@ -36,7 +37,9 @@ struct RenderFrameBuilder::State {
           delayed(shape.early_taps + kInterpolationTaps - 1),
           moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
           absent(config.sources, 1),
-          levels(shape.steps) {}
+          levels(shape.steps) {
+        expect_exchange_at_any_time();
+    }
 
     RendererConfig config;
     std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
@@ -50,9 +53,9 @@ struct RenderFrameBuilder::State {
     AlignedVector<float> delayed;
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
     std::vector<char> absent;                        ///< [source] in the frame before
-    /// [step] Levels of the reverberation that use it; empty: all.
-    std::vector<std::vector<char>> levels;
+    std::vector<std::vector<char>> levels;  ///< [step] of the reverberation, those that it sets
 
+    void expect_exchange_at_any_time();
     void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t max);
     void omit(std::size_t source, RenderFrame& frame, std::size_t step);
     void add_early(const DiscretePath& path, float gain, Responses& responses);
@@ -69,7 +72,7 @@ void RenderFrameBuilder::restart() {
     for (std::vector<std::uint64_t>& slots : state_->moving)
         std::fill(slots.begin(), slots.end(), 0);
     std::fill(state_->absent.begin(), state_->absent.end(), 1);
-    for (std::vector<char>& used : state_->levels) used.clear();
+    state_->expect_exchange_at_any_time();
 }
 
 std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
@@ -77,17 +80,41 @@ std::unique_ptr<RenderFrame> RenderFrameBuilder::make_frame() const {
 }
 
 void RenderFrameBuilder::set_exchange(std::int64_t first, std::int64_t next) {
+    if (first == 0) return state_->expect_exchange_at_any_time();
     const RenderShape& shape = state_->shape;
     // Frames take effect up to a block later.
     const auto block = static_cast<std::int64_t>(shape.path.block);
     const auto steps = static_cast<std::int64_t>(shape.steps);
     for (std::int64_t step = 0; step < steps; ++step) {
-        const std::int64_t begin = first + (next - first) * step / steps;
-        const std::int64_t end = first + (next - first) * (step + 1) / steps;
-        state_->levels[static_cast<std::size_t>(step)] =
-            first == 0 ? std::vector<char>{}
-                       : levels_in_use(shape.reverberation, shape.fade_samples, begin, end + block);
+        const auto index = static_cast<std::size_t>(step);
+        const auto begins = [&](std::int64_t n) { return first + (next - first) * n / steps; };
+        const auto levels_until = [&](std::int64_t end) {
+            return levels_in_use(shape.reverberation, shape.fade_samples, begins(step),
+                                 begins(end) + block);
+        };
+        std::vector<char>& levels = state_->levels[index];
+        levels = levels_until(step + 1);
+        // The slow levels of a whole step are those of the step after it, too.
+        const std::vector<char> slow = levels_until(step + (steps > 1 ? 2 : 1));
+        for (std::size_t l = shape.quick_levels; l < levels.size(); ++l)
+            levels[l] = shape.is_whole(index) ? slow[l] : 0;
     }
+}
+
+/// All levels of whole steps can be in use, and the quick levels of the others.
+void RenderFrameBuilder::State::expect_exchange_at_any_time() {
+    const std::size_t count = partition_levels(shape.reverberation).size();
+    for (std::size_t step = 0; step < shape.steps; ++step) {
+        levels[step].assign(count, 1);
+        if (shape.is_whole(step)) continue;
+        std::fill(levels[step].begin() + static_cast<std::ptrdiff_t>(shape.quick_levels),
+                  levels[step].end(), 0);
+    }
+}
+
+std::size_t RenderFrameBuilder::step_samples(std::size_t step) const {
+    const RenderShape& shape = state_->shape;
+    return shape.is_whole(step) ? state_->config.response_samples : shape.quick_samples;
 }
 
 void RenderFrameBuilder::prepare(std::span<const SourceSound> sources, RenderFrame& frame) {

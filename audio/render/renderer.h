@@ -47,6 +47,7 @@ struct RendererConfig {
     std::size_t sources = 1;               ///< at most; SourceSound::absent leaves one out
     std::size_t response_samples = 48000;  ///< length of the longest reverberation
     double frame_s = 1.0 / 30;             ///< propagation frame interval
+    double steps_hz = 0;                   ///< see frame_steps()
     OutputFormat output = OutputFormat::binaural;
     int ambisonic_order = 1;  ///< 1 to 3, of the field decoded for binaural output
     /// Of late reverberation: half the memory, -74 dB error. Also used for filters above 512 MiB.
@@ -55,7 +56,8 @@ struct RendererConfig {
     AirAttenuation air{};        ///< between the centres of the octaves, which the gains contain
 };
 
-/// Steps in which the reverberation changes within a frame: at least 30 a second, but at most 4.
+/// Steps in which the reverberation changes within a frame: at least RendererConfig::steps_hz a
+/// second, but at most 4; at least one.
 std::size_t frame_steps(const RendererConfig& config);
 
 /// The order of the ambisonic field of an output: mono 0, foa 1, toa 3, binaural ambisonic_order.
@@ -89,6 +91,10 @@ class RenderFrameBuilder {
 
     /// Forgets the frames before: the next one is prepared as the first.
     void restart();
+
+    /// Samples of the reverberation that a step takes: all, or the beginning, after which that of
+    /// the step before goes on.
+    std::size_t step_samples(std::size_t step) const;
 
     /// An empty frame with all memory allocated.
     std::unique_ptr<RenderFrame> make_frame() const;

@@ -139,6 +139,8 @@ AULA_MULTIVERSION void add_energies(const TailSegment& s, const Moments& m, Ener
 struct Channel {
     std::size_t offset = 0;        ///< start of its high carriers
     std::vector<Moments> moments;  ///< [segment]
+    /// [octave] Factors of its low carriers in the last whole response.
+    std::optional<std::array<float, PlaneWaveTail::kOctaves>> low_gains;
 };
 
 }  // namespace
@@ -152,14 +154,16 @@ struct ImpulseResponseBuilder::State {
     Moments moments(const Channel& channel, const TailSegment& segment) const;
     Values gains(const Channel& channel, const std::vector<TailSegment>& segments,
                  const Bands& wanted) const;
-    void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz);
+    void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz,
+               std::size_t samples);
     Bands shares_above(const std::vector<TailSegment>& segments, const Values& above) const;
-    void add_low(std::size_t channel, const Bands& wanted, std::vector<float>& out);
+    void scale_low(std::size_t channel, const Bands& wanted);
+    void add_low(std::size_t channel, std::vector<float>& out);
     void set_lines(const TailSegment& segment, const Channel& channel, const Values& gain,
                    std::size_t first);
-    /// Samples of the low carriers in a response.
-    std::size_t low_samples() const {
-        return (length_samples_ + carriers_->decimation() - 1) / carriers_->decimation();
+    /// Samples of the low carriers in so many of a response.
+    std::size_t low_samples(std::size_t samples) const {
+        return (samples + carriers_->decimation() - 1) / carriers_->decimation();
     }
 
     double start_samples(double time_s) const { return time_s * carriers_->sample_rate_hz(); }
@@ -207,8 +211,10 @@ void ImpulseResponseBuilder::State::begin_room(std::uint64_t room) {
     bins_ = {};
     for (std::size_t c = 0; c < channels_.size(); ++c)
         channels_[c].offset = carriers_->offset(room, source_, c);
-    waves_.emplace(carriers_, channels_.size(), low_samples() + CarrierInterpolator::kAfter,
+    waves_.emplace(carriers_, channels_.size(),
+                   low_samples(length_samples_) + CarrierInterpolator::kAfter,
                    carriers_->waves_seed(room, source_));
+    for (Channel& channel : channels_) channel.low_gains.reset();
 }
 
 /// The target sum of squares of each octave of a channel.
@@ -322,31 +328,42 @@ Bands ImpulseResponseBuilder::State::shares_above(const std::vector<TailSegment>
     return shares;
 }
 
-/// The low carriers of a channel at the full rate, with each octave at the sum of squares `wanted`.
-void ImpulseResponseBuilder::State::add_low(std::size_t channel, const Bands& wanted,
-                                            std::vector<float>& out) {
-    const std::size_t step = carriers_->decimation();
-    low_.assign(CarrierInterpolator::kBefore + low_samples() + CarrierInterpolator::kAfter, 0);
+/// Sets the factors of a channel's low carriers that give each octave the sum of squares `wanted`.
+void ImpulseResponseBuilder::State::scale_low(std::size_t channel, const Bands& wanted) {
+    std::array<float, PlaneWaveTail::kOctaves>& gains = channels_[channel].low_gains.emplace();
+    const auto step = static_cast<double>(carriers_->decimation());
     for (std::size_t o = 0; o < PlaneWaveTail::kOctaves; ++o) {
         const std::vector<float>& sum = waves_->sum(o, channel);
         double energy = 0;
-        for (std::size_t n = 0; n < low_samples(); ++n) energy += double{sum[n]} * double{sum[n]};
-        if (!(energy > 0)) continue;
-        const auto gain =
-            static_cast<float>(std::sqrt(double{wanted[o]} / (energy * static_cast<double>(step))));
-        for (std::size_t n = 0; n < sum.size(); ++n)
+        for (std::size_t n = 0; n < low_samples(length_samples_); ++n)
+            energy += double{sum[n]} * double{sum[n]};
+        if (energy > 0)
+            gains[o] = static_cast<float>(std::sqrt(double{wanted[o]} / (energy * step)));
+    }
+}
+
+/// The low carriers of a channel at the full rate, as many samples as `out` has.
+void ImpulseResponseBuilder::State::add_low(std::size_t channel, std::vector<float>& out) {
+    const std::size_t samples = out.size();
+    const std::size_t low = low_samples(samples);
+    low_.assign(CarrierInterpolator::kBefore + low + CarrierInterpolator::kAfter, 0);
+    for (std::size_t o = 0; o < PlaneWaveTail::kOctaves; ++o) {
+        const float gain = (*channels_[channel].low_gains)[o];
+        if (gain == 0) continue;
+        const std::vector<float>& sum = waves_->sum(o, channel);
+        for (std::size_t n = 0; n < low + CarrierInterpolator::kAfter; ++n)
             low_[CarrierInterpolator::kBefore + n] += gain * sum[n];
     }
     // The last samples of the low carriers may end beyond the response.
-    out.resize(low_samples() * step);
-    interpolator_.process(low_.data(), low_samples(), out.data());
-    out.resize(length_samples_);
+    out.resize(low * carriers_->decimation());
+    interpolator_.process(low_.data(), low, out.data());
+    out.resize(samples);
 }
 
 // Every channel is first shaped with the energies of W. Then the channels are mixed to the field's
 // covariance, with mixing matrices interpolated linearly between the ends of segments.
 void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseResponse& out,
-                                          double crossover_hz) {
+                                          double crossover_hz, std::size_t samples) {
     out.sample_rate_hz = carriers_->sample_rate_hz();
     out.paths = energy.paths;
     out.channels.resize(channels_.size());
@@ -354,6 +371,8 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
     const std::vector<TailSegment> segments =
         tail_envelope(energy, model_, carriers_->sample_rate_hz());
     begin_room(energy.room);
+    const bool is_whole = samples >= length_samples_ || !channels_[0].low_gains;
+    const std::size_t count = is_whole ? length_samples_ : samples;
     measure_carriers(energy.bins, segments);
     // The distance that sound travels in a sample of the low carriers.
     const auto sample_m =
@@ -361,13 +380,16 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
                            static_cast<double>(carriers_->decimation()) / out.sample_rate_hz);
     const Bands wanted = wanted_energy(energy);
     const Values above = amplitudes_above(crossover_hz);
-    waves_->build(segments, above, energy.listener / sample_m);
+    waves_->build(segments, above, energy.listener / sample_m,
+                  low_samples(count) + CarrierInterpolator::kAfter);
     const Bands wanted_low = wanted * shares_above(segments, above);
     std::vector<Values> gain;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
         gain.push_back(gains(channels_[c], segments, wanted));
         for (std::size_t k = 0; k < kCarriers; ++k) gain[c][k] *= above[k];
-        add_low(c, wanted_low, out.channels[c]);
+        if (is_whole) scale_low(c, wanted_low);
+        out.channels[c].resize(count);
+        add_low(c, out.channels[c]);
     }
 
     std::vector<float> mixing(covariance_.triangle());
@@ -377,7 +399,7 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
     std::size_t filled = 0;
     for (const TailSegment& s : segments) {
         const std::size_t begin = first_sample(s.begin_s);
-        const std::size_t end = std::min(first_sample(s.end_s), length_samples_);
+        const std::size_t end = std::min(first_sample(s.end_s), count);
         if (begin >= end) break;
         filled = end;
         if (&s == &segments.front()) covariance_.mixing(s.directions, mixing.data());
@@ -388,7 +410,7 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
             slope[i] = (mixing_end[i] - mixing[i]) * per_sample;
         }
         for (std::size_t first = begin; first < end; first += kChunk_samples) {
-            const std::size_t count = std::min(kChunk_samples, end - first);
+            const std::size_t chunk = std::min(kChunk_samples, end - first);
             const float offset = middle(first, s.begin_s);
             std::array<const float*, 16> noise{};
             for (std::size_t c = 0; c < channels_.size(); ++c) {
@@ -396,23 +418,23 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
                 noise[c] = shaped;
                 // Interpolation rings before the first arrival.
                 if (s.loudest == 0) {
-                    std::fill_n(shaped, count, 0.0F);
+                    std::fill_n(shaped, chunk, 0.0F);
                     continue;
                 }
-                std::copy_n(out.channels[c].data() + first, count, shaped);
+                std::copy_n(out.channels[c].data() + first, chunk, shaped);
                 set_lines(s, channels_[c], gain[c], first);
-                best_version<shape>(count, offset, lines_, shaped);
+                best_version<shape>(chunk, offset, lines_, shaped);
             }
             for (std::size_t c = 0; c < channels_.size(); ++c) {
                 const std::size_t row = c * (c + 1) / 2;
-                best_version<mix>(count, offset, c + 1, mixing.data() + row, slope.data() + row,
+                best_version<mix>(chunk, offset, c + 1, mixing.data() + row, slope.data() + row,
                                   noise, out.channels[c].data() + first);
             }
         }
         mixing.swap(mixing_end);
     }
-    for (auto& samples : out.channels) {
-        std::fill(samples.begin() + static_cast<std::ptrdiff_t>(filled), samples.end(), 0.0F);
+    for (auto& channel : out.channels) {
+        std::fill(channel.begin() + static_cast<std::ptrdiff_t>(filled), channel.end(), 0.0F);
     }
 }
 
@@ -444,8 +466,8 @@ ImpulseResponseBuilder& ImpulseResponseBuilder::operator=(ImpulseResponseBuilder
     default;
 
 void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out,
-                                   double crossover_hz) {
-    state_->build(energy, out, crossover_hz);
+                                   double crossover_hz, std::size_t samples) {
+    state_->build(energy, out, crossover_hz, samples);
 }
 
 std::size_t ImpulseResponseBuilder::length_samples() const { return state_->length_samples_; }

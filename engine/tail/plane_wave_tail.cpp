@@ -1,6 +1,7 @@
 #include "engine/tail/plane_wave_tail.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -261,11 +262,14 @@ void PlaneWaveTail::add_octave(std::size_t octave, std::size_t block, const Vec3
 }
 
 void PlaneWaveTail::build(const std::vector<TailSegment>& segments,
-                          const NoiseCarriers::Values& amplitudes, const Vec3& place) {
+                          const NoiseCarriers::Values& amplitudes, const Vec3& place,
+                          std::size_t samples) {
+    assert(samples <= samples_);
     for (std::vector<float>& sum : sums_) std::fill(sum.begin(), sum.end(), 0.0F);
     for (std::size_t b = 0; b < waves_.size(); ++b) {
         const std::size_t begin = b * block_samples_;
-        const std::size_t count = std::min(block_samples_ + fade_.size(), samples_ - begin);
+        if (begin >= samples) break;
+        const std::size_t count = std::min(block_samples_ + fade_.size(), samples - begin);
         sample_envelopes(segments, amplitudes, begin, begin + count);
         set_window(count, b > 0);
         for (std::size_t o = 0; o < kOctaves; ++o)

@@ -25,11 +25,11 @@ class PlaneWaveTail {
     PlaneWaveTail(std::shared_ptr<const NoiseCarriers> carriers, std::size_t channels,
                   std::size_t samples, std::uint64_t seed);
 
-    /// Replaces the sums by those of carriers with the envelopes of `segments` and the given
-    /// amplitudes, [carrier]. `place` is that of the listener in units of the distance that sound
-    /// travels in a sample of the low carriers.
+    /// Replaces the first `samples` of the sums by those of carriers with the envelopes of
+    /// `segments` and the given amplitudes, [carrier]. `place` is that of the listener in units of
+    /// the distance that sound travels in a sample of the low carriers.
     void build(const std::vector<TailSegment>& segments, const NoiseCarriers::Values& amplitudes,
-               const Vec3& place);
+               const Vec3& place, std::size_t samples);
 
     /// An octave of a channel.
     const std::vector<float>& sum(std::size_t octave, std::size_t channel) const {

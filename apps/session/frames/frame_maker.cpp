@@ -18,10 +18,14 @@ namespace aula {
 
 namespace {
 
+// Along a walk, phases turn by less than half a period from step to step up to 2.6 kHz.
+constexpr double kSteps_hz = 60;
+
 /// The settings of the renderer of each listener. Throws InputError if the renderers take more
 /// memory than allowed.
-RendererConfig checked_config(const RendererConfig& config, const FrameSettings& settings,
+RendererConfig checked_config(RendererConfig config, const FrameSettings& settings,
                               const Hrtf* hrtf) {
+    config.steps_hz = kSteps_hz;
     const std::uint64_t more = settings.listeners * settings.headphones_bytes;
     const std::uint64_t renderers = renderer_bytes(config, hrtf, settings.listeners);
     const std::uint64_t bytes = std::max(renderers, renderers + more);  // no overflow
@@ -149,14 +153,20 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
     for (std::size_t v = 0; v < voices_.size(); ++v) build_response(v, 0, response_);
 }
 
-/// The newest energies of a voice at a listener who has covered a share of the way from the place
-/// of the frame before. Paths that were in both frames go in straight lines.
+/// The energies of a voice at a listener who has covered a share of the way from the place of the
+/// frame before. Those of bins, and paths that were in both frames, change in straight lines.
 EnergyResponse FrameMaker::between(std::size_t voice, std::size_t listener, float share) const {
     EnergyResponse rays = propagation_.response(voice, listener);
-    rays.listener = glm::mix(places_before_[listener], rays.listener, share);
+    const EnergyResponse& last = voices_[voice].before[listener];
+    rays.listener = glm::mix(last.listener, rays.listener, share);
+    if (rays.bins == last.bins) {
+        for (std::size_t i = 0; i < rays.bins.count(); ++i) {
+            rays.energy[i] = last.energy[i] * (1 - share) + rays.energy[i] * share;
+            rays.directions[i] = last.directions[i] * (1 - share) + rays.directions[i] * share;
+        }
+    }
     std::unordered_map<std::uint64_t, const SoundPath*> paths_before;
-    for (const SoundPath& path : voices_[voice].paths_before[listener])
-        paths_before.emplace(path.key, &path);
+    for (const SoundPath& path : last.paths) paths_before.emplace(path.key, &path);
     for (SoundPath& path : rays.paths) {
         const auto found = paths_before.find(path.key);
         if (found == paths_before.end()) continue;
@@ -170,25 +180,24 @@ EnergyResponse FrameMaker::between(std::size_t voice, std::size_t listener, floa
 }
 
 /// Keeps what the steps of the next frame begin with.
-void FrameMaker::keep_places() {
+void FrameMaker::keep_responses() {
     if (frame_steps(config_) == 1) return;
-    places_before_.clear();
-    for (const Pose& pose : listeners_) places_before_.push_back(pose.position);
     for (std::size_t v = 0; v < voices_.size(); ++v) {
-        voices_[v].paths_before.clear();
+        voices_[v].before.resize(listeners_.size());
         for (std::size_t l = 0; l < listeners_.size(); ++l)
-            voices_[v].paths_before.push_back(propagation_.response(v, l).paths);
+            voices_[v].before[l] = propagation_.response(v, l);
     }
 }
 
-/// The newest response of a voice that is not ringing out, at a share of the listener's way from
-/// the frame before.
+/// The newest response of a voice that is not ringing out, in a step of the frame, else the last.
 void FrameMaker::build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response,
-                                double share) const {
+                                std::optional<std::size_t> in_step) const {
     const Voice& of = voices_[voice];
+    const std::size_t steps = frame_steps(config_);
+    const std::size_t step = in_step.value_or(steps - 1);
     std::optional<EnergyResponse> moving;
-    if (share < 1 && !of.paths_before.empty())
-        moving = between(voice, listener, static_cast<float>(share));
+    if (step + 1 < steps && !of.before.empty())
+        moving = between(voice, listener, static_cast<float>(step + 1) / static_cast<float>(steps));
     const EnergyResponse& rays = moving ? *moving : propagation_.response(voice, listener);
     const Vec3 place = moving ? rays.listener : listeners_[listener].position;
     const std::optional<PairWaves> modes = waves_.pair(of.state.pose.position, place, rays);
@@ -197,7 +206,7 @@ void FrameMaker::build_response(std::size_t voice, std::size_t listener, Impulse
         [&](const SoundPath& path) {
             return of.trajectory.delay_s(path, double{speed_of_sound_m_s_});
         },
-        response);
+        response, builders_[listener]->step_samples(step));
     if (gains_.late == 1) return;
     for (std::vector<float>& channel : response.channels)
         for (float& sample : channel) sample *= gains_.late;
@@ -239,15 +248,14 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
                 if (voice != nullptr) {
                     if (voice->last.empty())
                         build_response(static_cast<std::size_t>(voice - voices_.data()), l,
-                                       response_,
-                                       static_cast<double>(step + 1) / static_cast<double>(steps));
+                                       response_, step);
                     sound = sound_of(*voice, voice->last.empty() ? response_ : voice->last[l]);
                 }
                 builders_[l]->prepare(slot, sound, present, *frames[l], step);
             }
         }
     }
-    keep_places();
+    keep_responses();
     frame_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 

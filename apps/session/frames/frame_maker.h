@@ -89,9 +89,8 @@ class FrameMaker {
         SourceState state;
         std::unique_ptr<ImpulseResponseBuilder> impulse_responses;
         SourceTrajectory trajectory;
-        std::vector<ImpulseResponse> last;  ///< [listener] of one that rings out
-        /// [listener] Those of the frame before; empty if it has only one step.
-        std::vector<std::vector<SoundPath>> paths_before;
+        std::vector<ImpulseResponse> last;   ///< [listener] of one that rings out
+        std::vector<EnergyResponse> before;  ///< [listener] frame before; empty: one step
     };
 
     struct Gains {
@@ -108,9 +107,9 @@ class FrameMaker {
         return slot_sources_[voice.state.slot] == voice.state.id;
     }
     void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response,
-                        double share = 1) const;
+                        std::optional<std::size_t> in_step = {}) const;
     EnergyResponse between(std::size_t voice, std::size_t listener, float share) const;
-    void keep_places();
+    void keep_responses();
     SourceSound sound_of(const Voice& voice, const ImpulseResponse& response) const;
 
     Simulation simulation_;
@@ -126,7 +125,6 @@ class FrameMaker {
     int rays_;            ///< of the newest frame
     double frame_s_ = 0;  ///< computation time of the newest frame
     std::vector<Pose> listeners_;
-    std::vector<Vec3> places_before_;          ///< [listener] of the frame before
     std::vector<Voice> voices_;                ///< in the propagation's order
     std::vector<Voice> ringing_;               ///< removed, and still ringing out
     std::vector<std::uint64_t> slot_sources_;  ///< [slot] in the newest frame; 0: none

@@ -191,7 +191,6 @@ void WaveSynthesis::Field::add(const PairWaves& waves,
     }
     const WaveSpectra field = waves.field(transform_, frequencies_);
     constexpr std::array<std::size_t, 4> kChannel{0, 3, 1, 2};  // of W, x, y and z (ACN)
-    const std::size_t count = (length_samples_ + decimation_ - 1) / decimation_;
     for (std::size_t c = 0; c < 4; ++c) {
         if (kChannel[c] >= response.channels.size()) continue;
         const auto part = [&](const Sums& sums, std::size_t k) {
@@ -209,9 +208,10 @@ void WaveSynthesis::Field::add(const PairWaves& waves,
         for (std::size_t i = 0; i < decimated_.size(); ++i) {
             decimated_[i] = field_[index_of(i)] * growth_[i];
         }
-        interpolator_.process(decimated_.data(), count, full_.data());
         std::vector<float>& channel = response.channels[kChannel[c]];
-        for (std::size_t i = 0; i < length_samples_; ++i) channel[i] += full_[i];
+        interpolator_.process(decimated_.data(), (channel.size() + decimation_ - 1) / decimation_,
+                              full_.data());
+        for (std::size_t i = 0; i < channel.size(); ++i) channel[i] += full_[i];
     }
 }
 
@@ -223,8 +223,8 @@ WaveSynthesis::~WaveSynthesis() = default;
 void WaveSynthesis::build(ImpulseResponseBuilder& builder, const EnergyResponse& rays,
                           const std::optional<PairWaves>& modes,
                           const std::function<double(const SoundPath&)>& delay_s,
-                          ImpulseResponse& out) {
-    builder.build(rays, out, modes ? modes->masks().crossover_hz : 0);
+                          ImpulseResponse& out, std::size_t samples) {
+    builder.build(rays, out, modes ? modes->masks().crossover_hz : 0, samples);
     if (!modes) return;
     for (SoundPath& path : out.paths)
         if (path.kind != SoundPath::Kind::through_walls)

@@ -79,6 +79,26 @@ TEST_CASE("The partitioning has the least cost of all with at most four levels")
     CHECK(cost(room, levels_of(room, {128})) > 4 * cost(room, partition_levels(room)));
 }
 
+TEST_CASE("Quick partitions have at most 1024 taps") {
+    for (const std::size_t block : {64U, 256U, 1024U, 2048U}) {
+        for (const std::size_t inputs : {1U, 8U, 32U}) {
+            ConvolutionShape shape{inputs, 4, block, 96000};
+            const auto largest_before = [&](std::size_t tap) {
+                std::size_t largest = 0;
+                for (const PartitionLevel& level : partition_levels(shape))
+                    if (level.first_tap < tap) largest = std::max(largest, level.size);
+                return largest;
+            };
+            shape.quick_taps = 8192;
+            CAPTURE(block, inputs);
+            CHECK(largest_before(8192) <= std::max<std::size_t>(1024, block));
+            // Companion: without it one of these has larger ones.
+            shape.quick_taps = 0;
+            if (block == 256 && inputs == 8) CHECK(largest_before(8192) > 1024);
+        }
+    }
+}
+
 TEST_CASE("The first partitions have the size of a block, rounded up to a power of two") {
     for (const auto& [block, size] : {std::pair{1U, 16U},
                                       {16U, 16U},

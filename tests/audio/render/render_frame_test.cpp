@@ -28,10 +28,12 @@ SourceSound eleven_reflections(float last_gain) {
 
 }  // namespace
 
-TEST_CASE("Frames have 30 steps a second, at most four each, and fades last from step to step") {
+TEST_CASE("Frames have at most four steps, and fades last from step to step") {
+    CHECK(frame_steps(config_for(OutputFormat::mono)) == 1);
     for (const auto& [frame_rate_hz, steps] :
-         {std::pair(1.0, 4.0), {10.0, 3.0}, {29.0, 2.0}, {30.0, 1.0}, {60.0, 1.0}, {100.0, 1.0}}) {
+         {std::pair(1.0, 4.0), {10.0, 4.0}, {29.0, 3.0}, {30.0, 2.0}, {60.0, 1.0}, {100.0, 1.0}}) {
         RendererConfig config = config_for(OutputFormat::mono);
+        config.steps_hz = 60;
         config.frame_s = 1 / frame_rate_hz;
         CAPTURE(frame_rate_hz);
         CHECK(static_cast<double>(frame_steps(config)) == steps);
@@ -45,6 +47,7 @@ TEST_CASE("The steps of a frame follow each other, and the first frame has its l
     // The output of a constant is the level of the response.
     RendererConfig config = config_for(OutputFormat::mono);
     config.frame_s = 0.1;
+    config.steps_hz = 30;
     RenderFrameBuilder builder(config, nullptr);
     Renderer renderer(config, nullptr);
     const auto publish = [&](const std::array<float, 3>& levels) {

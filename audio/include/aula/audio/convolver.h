@@ -18,6 +18,9 @@ struct ConvolutionShape {
     std::size_t block = 256;           ///< largest number of samples per call, 1 to 8192
     std::size_t taps = 1;              ///< length of the longest filter, samples, at least 1
     bool half_precision_tail = false;  ///< all levels but the first: half the memory, -74 dB error
+    /// Partitions that begin before this tap have at most 1024 taps, unless a block is longer: they
+    /// follow exchanges without a pause 47 times a second at 48 kHz.
+    std::size_t quick_taps = 0;
 };
 
 /// Spectra of one partition of the filters from one input to all outputs. Only a Convolver reads

@@ -52,7 +52,12 @@ class ImpulseResponseBuilder {
 
     /// Synthesises a response. Overwrites `out` and reuses its memory. The reverberation below
     /// `crossover_hz` > 0 is left out: its power rises over an octave about this frequency.
-    void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz = 0);
+    /// Less than length_samples() `samples` are the beginning of a response, with the low octaves
+    /// scaled as in the last whole response of the room. If there was none, the response is whole.
+    void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz = 0,
+               std::size_t samples = kWhole);
+
+    static constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
 
     /// Length of the responses, samples: `length_s` rounded up.
     std::size_t length_samples() const;
