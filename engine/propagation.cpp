@@ -100,8 +100,7 @@ struct Propagation::State {
           bins(response_length_s(receivers)),
           room(hash_of(scene.objects)),
           specular(rays, image_source_order(), settings.listener_radius_m,
-                   derive_seed(settings.seed, SeedPurpose::specular),
-                   settings.order > 0 ? Flutter::of_rays : Flutter::of_images),
+                   derive_seed(settings.seed, SeedPurpose::specular)),
           seed(settings.seed),
           source_count(scene.sources.size()),
           next_source_id(source_count + listeners) {

@@ -90,20 +90,17 @@ struct SpecularPaths::Probe {
     Bands energy = Bands::filled(1);
 };
 
-SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed,
-                             Flutter flutter)
+SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed)
     : scene_(scene),
       order_(static_cast<std::size_t>(order)),
       radius_m_(double{radius_m}),
       seed_(seed),
-      flutter_of_(flutter),
       planes_(scene) {
     assert(order >= 0);
     const Bounds bounds = scene.bounds();
     middle_ = scene.triangles().empty() ? Point(0) : 0.5 * (Point(bounds.min) + Point(bounds.max));
     add_mirrors();
     list_sequences();
-    list_flutter();
 }
 
 void SpecularPaths::restart(std::uint64_t seed) {
@@ -118,7 +115,6 @@ void SpecularPaths::scene_moved() {
     if (planes_.count() == before) return;
     add_mirrors();
     list_sequences();
-    list_flutter();
 }
 
 /// Extends mirrors_ to the number of planes. A plane that an object has left may have
@@ -142,7 +138,6 @@ void SpecularPaths::add_mirrors() {
 void SpecularPaths::materials_changed() {
     planes_.materials_changed();
     list_sequences();
-    list_flutter();
     discovered_.clear();
 }
 
@@ -181,33 +176,6 @@ void SpecularPaths::list_sequences() {
         begin = end;
         ++listed_order_;
     }
-}
-
-/// Lists the sequences that alternate between the planes of a pair, from either, above
-/// listed_order_.
-void SpecularPaths::list_flutter() {
-    flutter_.clear();
-    flutter_images_.clear();
-    flutter_order_ = 0;
-    if (flutter_of_ == Flutter::of_rays || order_ == 0) return;
-    for (const FlutterPair& pair : flutter_pairs(scene_, planes_)) {
-        for (std::size_t first = 0; first < 2; ++first) {
-            Sequence sequence;
-            ImageTransform transform;
-            for (std::size_t order = 1; order <= pair.order; ++order) {
-                sequence.push_back(pair.planes[(first + order + 1) % 2]);
-                transform = transform.then_from_listener(mirrors_[sequence.back()]);
-                if (order > listed_order_) flutter_.push_back({sequence, transform.key()});
-            }
-        }
-        flutter_order_ = std::max(flutter_order_, pair.order);
-    }
-    if (flutter_order_ <= listed_order_) flutter_order_ = 0;
-    std::stable_sort(flutter_.begin(), flutter_.end(), [](const Listed& a, const Listed& b) {
-        return a.sequence.size() < b.sequence.size();
-    });
-    for (const Listed& listed : flutter_) flutter_images_.push_back(listed.image);
-    std::sort(flutter_images_.begin(), flutter_images_.end());
 }
 
 void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame, WorkerPool* workers) {
@@ -361,12 +329,6 @@ SpecularSound SpecularPaths::find_images(const Vec3& source, const Vec3& listene
         candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
         sound.tried.push_back(image);
         probe(candidate.sequence, image);
-    }
-    for (const auto& [sequence, image] : flutter_) {
-        if (!wanted(image)) continue;
-        sound.tried.push_back(image);
-        if (is_near(sequence, Point(source), Point(listener), kBesidePlane_m, work))
-            probe(sequence, image);
     }
     follow(probes, source, listener);
 

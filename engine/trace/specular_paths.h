@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <span>
@@ -16,18 +15,6 @@
 #include "engine/rays/scene_planes.h"
 
 namespace aula {
-
-/// Whether the flutter echoes between parallel walls are image sources at all orders.
-enum class Flutter { of_rays, of_images };
-
-/// Two large planes that face each other, between which sound goes to and fro.
-struct FlutterPair {
-    std::array<std::uint32_t, 2> planes{};
-    std::size_t order = 0;  ///< of the last image source that is not yet 60 dB below the first
-};
-
-/// The pairs of planes with flutter echoes, largest first. Objects that move have none.
-std::vector<FlutterPair> flutter_pairs(const RayScene& scene, const ScenePlanes& planes);
 
 /// The direct sound and image sources that are audible at a listener from a source.
 struct SpecularSound {
@@ -48,7 +35,6 @@ struct SpecularSound {
 /// reflections over facets at every order, as means over their detection spheres. Up to
 /// listed_order() all sequences are candidates. Above it they are the sequences met by specular
 /// chains of rays from the listeners, one per image, and are kept while they are near a valid path.
-/// With Flutter::of_images the sequences of flutter_pairs() are candidates beyond order() as well.
 /// An image source is audible if a ray towards it is reflected to the source by planes whose
 /// composed isometry is the image's, in any order. For each pair of source and listener an image is
 /// counted either by its image source or by the estimators' rays (SpecularSound::tried). Candidates
@@ -57,9 +43,7 @@ struct SpecularSound {
 class SpecularPaths {
  public:
     /// `order` 0: direct sound only. `radius_m` is the radius of the spheres that detect rays.
-    /// Without image sources there is no flutter either.
-    SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed,
-                  Flutter flutter = Flutter::of_rays);
+    SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed);
 
     /// Removes all discovered candidates.
     void restart(std::uint64_t seed);
@@ -76,28 +60,14 @@ class SpecularPaths {
     /// not change the result.
     void discover(const Vec3& listener, std::uint64_t frame, WorkerPool* workers = nullptr);
 
-    /// Highest order of the image sources other than flutter.
+    /// Highest order of the image sources.
     int order() const { return static_cast<int>(order_); }
-
-    /// Highest order of all image sources.
-    int highest_order() const { return std::max(order(), static_cast<int>(flutter_order_)); }
-
-    /// True if rays and image sources share the purely specular paths of an order, by their images.
-    bool shares_with_rays() const { return leaves_to_rays(order()) || flutter_order_ > 0; }
-
-    /// True for an image that an image source may count: any up to order(), flutter above.
-    bool may_list(const ImageTransform& image) const {
-        return image.order <= order_ ||
-               std::binary_search(flutter_images_.begin(), flutter_images_.end(), image.key());
-    }
 
     /// Highest order at which every sequence is a candidate, at most order().
     int listed_order() const { return static_cast<int>(listed_order_); }
 
     /// Number of sequences that find() examines.
-    std::size_t candidate_count() const {
-        return listed_.size() + flutter_.size() + discovered_.size();
-    }
+    std::size_t candidate_count() const { return listed_.size() + discovered_.size(); }
 
     /// True if rays count the purely specular paths of an order, or those of them over facets.
     bool leaves_to_rays(int order) const { return order > listed_order() || has_facets_; }
@@ -145,7 +115,6 @@ class SpecularPaths {
 
     void add_mirrors();
     void list_sequences();
-    void list_flutter();
     void extend(const Vec3& listener, std::span<Chain> chains) const;
     void evict();
     template <typename Wanted>
@@ -165,17 +134,13 @@ class SpecularPaths {
     std::size_t order_;
     double radius_m_;
     std::uint64_t seed_;
-    Flutter flutter_of_;
     ScenePlanes planes_;
     ScenePlanes::Point middle_;         ///< of the scene; origin of the mirrors
     std::vector<MirrorPlane> mirrors_;  ///< [plane]
     std::vector<std::uint64_t> first_order_ids_;
     bool has_facets_ = false;  ///< some facets reflect
     std::size_t listed_order_ = 0;
-    std::vector<Listed> listed_;                 ///< all up to listed_order_
-    std::vector<Listed> flutter_;                ///< above listed_order_, by ascending order
-    std::vector<std::uint64_t> flutter_images_;  ///< ascending
-    std::size_t flutter_order_ = 0;              ///< highest order of flutter_
+    std::vector<Listed> listed_;                                ///< all up to listed_order_
     std::unordered_map<std::uint64_t, Discovered> discovered_;  ///< by ImageTransform::key
     std::uint64_t frame_ = 0;                                   ///< of the last discover()
 };
