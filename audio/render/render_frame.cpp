@@ -81,8 +81,10 @@ int frame_samples(const RendererConfig& config) {
 }
 
 std::size_t frame_steps(const RendererConfig& config) {
-    return static_cast<std::size_t>(
-        std::clamp(std::ceil(config.frame_s * config.steps_hz - 1e-6), 1.0, kMostSteps));
+    const double most = std::floor(config.frame_s * config.sample_rate_hz /
+                                   static_cast<double>(kShortestFade_samples));
+    return static_cast<std::size_t>(std::clamp(std::ceil(config.frame_s * config.steps_hz - 1e-6),
+                                               1.0, std::clamp(most, 1.0, kMostSteps)));
 }
 
 RenderShape::RenderShape(const RendererConfig& config, const Hrtf* hrtf) {

@@ -56,8 +56,8 @@ struct RendererConfig {
     AirAttenuation air{};        ///< between the centres of the octaves, which the gains contain
 };
 
-/// Steps in which the reverberation changes within a frame: at least RendererConfig::steps_hz a
-/// second, but at most 4; at least one.
+/// Steps in which the reverberation changes within a frame: RendererConfig::steps_hz a second or
+/// more, but at most 4, and not shorter than the shortest fade, 512 samples; at least one.
 std::size_t frame_steps(const RendererConfig& config);
 
 /// The order of the ambisonic field of an output: mono 0, foa 1, toa 3, binaural ambisonic_order.

@@ -139,8 +139,6 @@ AULA_MULTIVERSION void add_energies(const TailSegment& s, const Moments& m, Ener
 struct Channel {
     std::size_t offset = 0;        ///< start of its high carriers
     std::vector<Moments> moments;  ///< [segment]
-    /// [octave] Factors of its low carriers in the last whole response.
-    std::optional<std::array<float, PlaneWaveTail::kOctaves>> low_gains;
 };
 
 }  // namespace
@@ -155,10 +153,11 @@ struct ImpulseResponseBuilder::State {
     Values gains(const Channel& channel, const std::vector<TailSegment>& segments,
                  const Bands& wanted) const;
     void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz,
-               std::size_t samples);
+               TailScale& scale, std::size_t samples);
     Bands shares_above(const std::vector<TailSegment>& segments, const Values& above) const;
-    void scale_low(std::size_t channel, const Bands& wanted);
-    void add_low(std::size_t channel, std::vector<float>& out);
+    bool has_scale(const TailScale& scale, const Bands& wanted) const;
+    void set_scale(std::size_t channel, const Bands& wanted, TailScale& scale) const;
+    void add_low(std::size_t channel, const TailScale& scale, std::vector<float>& out);
     void set_lines(const TailSegment& segment, const Channel& channel, const Values& gain,
                    std::size_t first);
     /// Samples of the low carriers in so many of a response.
@@ -214,7 +213,6 @@ void ImpulseResponseBuilder::State::begin_room(std::uint64_t room) {
     waves_.emplace(carriers_, channels_.size(),
                    low_samples(length_samples_) + CarrierInterpolator::kAfter,
                    carriers_->waves_seed(room, source_));
-    for (Channel& channel : channels_) channel.low_gains.reset();
 }
 
 /// The target sum of squares of each octave of a channel.
@@ -328,27 +326,37 @@ Bands ImpulseResponseBuilder::State::shares_above(const std::vector<TailSegment>
     return shares;
 }
 
+/// Whether there are factors of all low octaves that sound.
+bool ImpulseResponseBuilder::State::has_scale(const TailScale& scale, const Bands& wanted) const {
+    if (scale.gains.size() != channels_.size() * PlaneWaveTail::kOctaves) return false;
+    for (std::size_t i = 0; i < scale.gains.size(); ++i)
+        if (scale.gains[i] == 0 && wanted[i % PlaneWaveTail::kOctaves] > 0) return false;
+    return true;
+}
+
 /// Sets the factors of a channel's low carriers that give each octave the sum of squares `wanted`.
-void ImpulseResponseBuilder::State::scale_low(std::size_t channel, const Bands& wanted) {
-    std::array<float, PlaneWaveTail::kOctaves>& gains = channels_[channel].low_gains.emplace();
+void ImpulseResponseBuilder::State::set_scale(std::size_t channel, const Bands& wanted,
+                                              TailScale& scale) const {
+    scale.gains.resize(channels_.size() * PlaneWaveTail::kOctaves);
     const auto step = static_cast<double>(carriers_->decimation());
     for (std::size_t o = 0; o < PlaneWaveTail::kOctaves; ++o) {
         const std::vector<float>& sum = waves_->sum(o, channel);
         double energy = 0;
         for (std::size_t n = 0; n < low_samples(length_samples_); ++n)
             energy += double{sum[n]} * double{sum[n]};
-        if (energy > 0)
-            gains[o] = static_cast<float>(std::sqrt(double{wanted[o]} / (energy * step)));
+        scale.gains[channel * PlaneWaveTail::kOctaves + o] =
+            energy > 0 ? static_cast<float>(std::sqrt(double{wanted[o]} / (energy * step))) : 0;
     }
 }
 
 /// The low carriers of a channel at the full rate, as many samples as `out` has.
-void ImpulseResponseBuilder::State::add_low(std::size_t channel, std::vector<float>& out) {
+void ImpulseResponseBuilder::State::add_low(std::size_t channel, const TailScale& scale,
+                                            std::vector<float>& out) {
     const std::size_t samples = out.size();
     const std::size_t low = low_samples(samples);
     low_.assign(CarrierInterpolator::kBefore + low + CarrierInterpolator::kAfter, 0);
     for (std::size_t o = 0; o < PlaneWaveTail::kOctaves; ++o) {
-        const float gain = (*channels_[channel].low_gains)[o];
+        const float gain = scale.gains[channel * PlaneWaveTail::kOctaves + o];
         if (gain == 0) continue;
         const std::vector<float>& sum = waves_->sum(o, channel);
         for (std::size_t n = 0; n < low + CarrierInterpolator::kAfter; ++n)
@@ -363,7 +371,8 @@ void ImpulseResponseBuilder::State::add_low(std::size_t channel, std::vector<flo
 // Every channel is first shaped with the energies of W. Then the channels are mixed to the field's
 // covariance, with mixing matrices interpolated linearly between the ends of segments.
 void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseResponse& out,
-                                          double crossover_hz, std::size_t samples) {
+                                          double crossover_hz, TailScale& scale,
+                                          std::size_t samples) {
     out.sample_rate_hz = carriers_->sample_rate_hz();
     out.paths = energy.paths;
     out.channels.resize(channels_.size());
@@ -371,8 +380,6 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
     const std::vector<TailSegment> segments =
         tail_envelope(energy, model_, carriers_->sample_rate_hz());
     begin_room(energy.room);
-    const bool is_whole = samples >= length_samples_ || !channels_[0].low_gains;
-    const std::size_t count = is_whole ? length_samples_ : samples;
     measure_carriers(energy.bins, segments);
     // The distance that sound travels in a sample of the low carriers.
     const auto sample_m =
@@ -380,16 +387,18 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
                            static_cast<double>(carriers_->decimation()) / out.sample_rate_hz);
     const Bands wanted = wanted_energy(energy);
     const Values above = amplitudes_above(crossover_hz);
+    const Bands wanted_low = wanted * shares_above(segments, above);
+    const bool is_whole = samples >= length_samples_ || !has_scale(scale, wanted_low);
+    const std::size_t count = is_whole ? length_samples_ : samples;
     waves_->build(segments, above, energy.listener / sample_m,
                   low_samples(count) + CarrierInterpolator::kAfter);
-    const Bands wanted_low = wanted * shares_above(segments, above);
     std::vector<Values> gain;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
         gain.push_back(gains(channels_[c], segments, wanted));
         for (std::size_t k = 0; k < kCarriers; ++k) gain[c][k] *= above[k];
-        if (is_whole) scale_low(c, wanted_low);
+        if (is_whole) set_scale(c, wanted_low, scale);
         out.channels[c].resize(count);
-        add_low(c, out.channels[c]);
+        add_low(c, scale, out.channels[c]);
     }
 
     std::vector<float> mixing(covariance_.triangle());
@@ -466,8 +475,9 @@ ImpulseResponseBuilder& ImpulseResponseBuilder::operator=(ImpulseResponseBuilder
     default;
 
 void ImpulseResponseBuilder::build(const EnergyResponse& energy, ImpulseResponse& out,
-                                   double crossover_hz, std::size_t samples) {
-    state_->build(energy, out, crossover_hz, samples);
+                                   double crossover_hz, TailScale* scale, std::size_t samples) {
+    TailScale unused;
+    state_->build(energy, out, crossover_hz, scale ? *scale : unused, samples);
 }
 
 std::size_t ImpulseResponseBuilder::length_samples() const { return state_->length_samples_; }

@@ -189,24 +189,36 @@ void FrameMaker::keep_responses() {
     }
 }
 
-/// The newest response of a voice that is not ringing out, in a step of the frame, else the last.
-void FrameMaker::build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response,
-                                std::optional<std::size_t> in_step) const {
-    const Voice& of = voices_[voice];
+/// The newest response of a voice that is not ringing out.
+void FrameMaker::build_response(std::size_t voice, std::size_t listener,
+                                ImpulseResponse& response) const {
+    synthesise(voice, listener, propagation_.response(voice, listener), response, nullptr,
+               ImpulseResponseBuilder::kWhole);
+}
+
+/// Likewise in a step of the frame: a step that is not whole has its beginning.
+void FrameMaker::build_step(std::size_t voice, std::size_t listener, std::size_t step,
+                            ImpulseResponse& response) {
+    Voice& of = voices_[voice];
+    of.scales.resize(listeners_.size());
     const std::size_t steps = frame_steps(config_);
-    const std::size_t step = in_step.value_or(steps - 1);
     std::optional<EnergyResponse> moving;
     if (step + 1 < steps && !of.before.empty())
         moving = between(voice, listener, static_cast<float>(step + 1) / static_cast<float>(steps));
-    const EnergyResponse& rays = moving ? *moving : propagation_.response(voice, listener);
-    const Vec3 place = moving ? rays.listener : listeners_[listener].position;
-    const std::optional<PairWaves> modes = waves_.pair(of.state.pose.position, place, rays);
+    synthesise(voice, listener, moving ? *moving : propagation_.response(voice, listener), response,
+               &of.scales[listener], builders_[listener]->step_samples(step));
+}
+
+void FrameMaker::synthesise(std::size_t voice, std::size_t listener, const EnergyResponse& rays,
+                            ImpulseResponse& response, TailScale* scale,
+                            std::size_t samples) const {
+    const Voice& of = voices_[voice];
     synthesis_->build(
-        *of.impulse_responses, rays, modes,
+        *of.impulse_responses, rays, waves_.pair(of.state.pose.position, rays.listener, rays),
         [&](const SoundPath& path) {
             return of.trajectory.delay_s(path, double{speed_of_sound_m_s_});
         },
-        response, builders_[listener]->step_samples(step));
+        response, scale, samples);
     if (gains_.late == 1) return;
     for (std::vector<float>& channel : response.channels)
         for (float& sample : channel) sample *= gains_.late;
@@ -247,8 +259,8 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
                 SourceSound sound = absent_sound();
                 if (voice != nullptr) {
                     if (voice->last.empty())
-                        build_response(static_cast<std::size_t>(voice - voices_.data()), l,
-                                       response_, step);
+                        build_step(static_cast<std::size_t>(voice - voices_.data()), l, step,
+                                   response_);
                     sound = sound_of(*voice, voice->last.empty() ? response_ : voice->last[l]);
                 }
                 builders_[l]->prepare(slot, sound, present, *frames[l], step);

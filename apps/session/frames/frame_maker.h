@@ -91,6 +91,7 @@ class FrameMaker {
         SourceTrajectory trajectory;
         std::vector<ImpulseResponse> last;   ///< [listener] of one that rings out
         std::vector<EnergyResponse> before;  ///< [listener] frame before; empty: one step
+        std::vector<TailScale> scales;       ///< [listener]
     };
 
     struct Gains {
@@ -106,8 +107,11 @@ class FrameMaker {
     bool is_playing(const Voice& voice) const {
         return slot_sources_[voice.state.slot] == voice.state.id;
     }
-    void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response,
-                        std::optional<std::size_t> in_step = {}) const;
+    void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response) const;
+    void build_step(std::size_t voice, std::size_t listener, std::size_t step,
+                    ImpulseResponse& response);
+    void synthesise(std::size_t voice, std::size_t listener, const EnergyResponse& rays,
+                    ImpulseResponse& response, TailScale* scale, std::size_t samples) const;
     EnergyResponse between(std::size_t voice, std::size_t listener, float share) const;
     void keep_responses();
     SourceSound sound_of(const Voice& voice, const ImpulseResponse& response) const;

@@ -223,8 +223,8 @@ WaveSynthesis::~WaveSynthesis() = default;
 void WaveSynthesis::build(ImpulseResponseBuilder& builder, const EnergyResponse& rays,
                           const std::optional<PairWaves>& modes,
                           const std::function<double(const SoundPath&)>& delay_s,
-                          ImpulseResponse& out, std::size_t samples) {
-    builder.build(rays, out, modes ? modes->masks().crossover_hz : 0, samples);
+                          ImpulseResponse& out, TailScale* scale, std::size_t samples) {
+    builder.build(rays, out, modes ? modes->masks().crossover_hz : 0, scale, samples);
     if (!modes) return;
     for (SoundPath& path : out.paths)
         if (path.kind != SoundPath::Kind::through_walls)

@@ -25,12 +25,12 @@ class WaveSynthesis {
 
     /// Builds the response of a pair; without `modes` that of rays alone. The field of the modes
     /// contains the paths of the response, except those through walls. As they are played whole,
-    /// they are taken out of it, with the delay in s at which each is played. `samples`: as of
-    /// ImpulseResponseBuilder::build().
+    /// they are taken out of it, with the delay in s at which each is played. `scale`,
+    /// `samples`: as of ImpulseResponseBuilder::build().
     void build(ImpulseResponseBuilder& builder, const EnergyResponse& rays,
                const std::optional<PairWaves>& modes,
                const std::function<double(const SoundPath&)>& delay_s, ImpulseResponse& out,
-               std::size_t samples = ImpulseResponseBuilder::kWhole);
+               TailScale* scale = nullptr, std::size_t samples = ImpulseResponseBuilder::kWhole);
 
  private:
     class Field;

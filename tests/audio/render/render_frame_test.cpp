@@ -41,6 +41,20 @@ TEST_CASE("Frames have at most four steps, and fades last from step to step") {
         CHECK(static_cast<double>(RenderShape(config, nullptr).fade_samples) ==
               std::max(512.0, std::floor(kRate_hz / frame_rate_hz / steps)));
     }
+    // Frames are not late: the steps of several last no longer than a frame.
+    for (const double rate_hz : {8000.0, 16000.0, 44100.0, 48000.0, 96000.0}) {
+        for (const double frame_rate_hz : {5.0, 10.0, 25.0, 29.97, 30.0, 50.0, 59.0, 60.0, 100.0}) {
+            RendererConfig config = config_for(OutputFormat::mono);
+            config.sample_rate_hz = rate_hz;
+            config.frame_s = 1 / frame_rate_hz;
+            config.steps_hz = 60;
+            CAPTURE(rate_hz, frame_rate_hz);
+            const RenderShape shape(config, nullptr);
+            if (shape.steps > 1)
+                CHECK(static_cast<double>(shape.steps * shape.fade_samples) <=
+                      rate_hz / frame_rate_hz + 1e-6);
+        }
+    }
 }
 
 TEST_CASE("The steps of a frame follow each other, and the first frame has its last one at once") {

@@ -364,6 +364,44 @@ TEST_CASE("responses longer or shorter than the builder's length are truncated o
     CHECK(energy_of(ir.channels[0]) == Approx(kFourPi * brief.total(0)).epsilon(0.02));
 }
 
+TEST_CASE("the beginning of a response is that of the whole at the same place") {
+    EnergyResponse r = decay(1.0, all(1.0), all(1));
+    r.listener = {3, 1, 1.5F};
+    ImpulseResponseBuilder builder(carriers(1), kNoAir, 0.6, "source");
+    ImpulseResponse whole;
+    ImpulseResponse beginning;
+    TailScale scale;
+    builder.build(r, beginning, 0, &scale, 5000);
+    CHECK(beginning.channels[0].size() == builder.length_samples());  // no scale yet
+    builder.build(r, whole, 0, &scale);
+    builder.build(r, beginning, 0, &scale, 5000);
+    for (std::size_t c = 0; c < 4; ++c) {
+        REQUIRE(beginning.channels[c].size() == 5000);
+        float worst = 0;
+        for (std::size_t n = 0; n < 5000; ++n)
+            worst = std::max(worst, std::abs(beginning.channels[c][n] - whole.channels[c][n]));
+        CHECK(worst <
+              1e-6F * *std::max_element(whole.channels[c].begin(), whole.channels[c].end()));
+    }
+
+    // At another place it keeps the scale: that of the place would give each place's energy.
+    r.listener = {4, 1, 1.5F};
+    ImpulseResponse there;
+    builder.build(r, beginning, 0, &scale, 5000);
+    builder.build(r, there, 0);
+    CHECK(energy_of(beginning.channels[0]) ==
+          Approx(energy_of({there.channels[0].begin(), there.channels[0].begin() + 5000}))
+              .epsilon(0.2));
+    CHECK(beginning.channels[0] !=
+          std::vector<float>(there.channels[0].begin(), there.channels[0].begin() + 5000));
+
+    // A low octave that was silent sounds: the response is whole.
+    const EnergyResponse high = decay(1.0, all(1.0), {0, 0, 0, 0, 0, 1, 1, 1});
+    builder.build(high, whole, 0, &scale);
+    builder.build(r, beginning, 0, &scale, 5000);
+    CHECK(beginning.channels[0].size() == builder.length_samples());
+}
+
 TEST_CASE("a silent energy response gives a silent impulse response") {
     EnergyResponse r = decay(0.1, all(1.0), all(0));
     CHECK(energy_of(build(r, 0.1).channels[0]) == 0);

@@ -21,6 +21,12 @@ struct ImpulseResponse {
     std::vector<SoundPath> paths;  ///< by ascending length
 };
 
+/// The factors of the low octaves of a whole response, which its beginning at another place has,
+/// too. Empty before a whole response.
+struct TailScale {
+    std::vector<float> gains;  ///< [channel][octave]
+};
+
 class NoiseCarriers;
 
 /// Generates the third-octave noise that all impulse responses of a scene are shaped from. Their
@@ -52,10 +58,10 @@ class ImpulseResponseBuilder {
 
     /// Synthesises a response. Overwrites `out` and reuses its memory. The reverberation below
     /// `crossover_hz` > 0 is left out: its power rises over an octave about this frequency.
-    /// Less than length_samples() `samples` are the beginning of a response, with the low octaves
-    /// scaled as in the last whole response of the room. If there was none, the response is whole.
+    /// A whole response sets `scale`. Less than length_samples() `samples` are the beginning of a
+    /// response, with that scale; if it has none of an octave that sounds, the response is whole.
     void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz = 0,
-               std::size_t samples = kWhole);
+               TailScale* scale = nullptr, std::size_t samples = kWhole);
 
     static constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
 
