@@ -129,7 +129,6 @@ PlaneWaveTail::PlaneWaveTail(std::shared_ptr<const NoiseCarriers> carriers, std:
                              std::size_t samples, std::uint64_t seed)
     : carriers_(std::move(carriers)),
       channels_(channels),
-      samples_(samples),
       sums_(kOctaves * channels, std::vector<float>(samples)),
       envelopes_(kLow, std::vector<float>(NoiseCarriers::kMaxRead_samples)),
       block_sums_(channels, std::vector<float>(NoiseCarriers::kMaxRead_samples)),
@@ -264,7 +263,7 @@ void PlaneWaveTail::add_octave(std::size_t octave, std::size_t block, const Vec3
 void PlaneWaveTail::build(const std::vector<TailSegment>& segments,
                           const NoiseCarriers::Values& amplitudes, const Vec3& place,
                           std::size_t samples) {
-    assert(samples <= samples_);
+    assert(samples <= sums_[0].size());
     for (std::vector<float>& sum : sums_) std::fill(sum.begin(), sum.end(), 0.0F);
     for (std::size_t b = 0; b < waves_.size(); ++b) {
         const std::size_t begin = b * block_samples_;

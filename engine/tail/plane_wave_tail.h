@@ -59,7 +59,6 @@ class PlaneWaveTail {
 
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::size_t channels_;
-    std::size_t samples_;
     std::size_t block_samples_;
     std::vector<std::vector<Wave>> waves_;  ///< [block][wave]
     std::vector<std::vector<float>> sums_;  ///< [octave][channel]
