@@ -74,6 +74,7 @@ FrameMaker::Voice FrameMaker::make_voice(const SourceState& source) const {
                                                      field_order(config_)),
             SourceTrajectory(config_.longest_delay_s),
             {},
+            {},
             {}};
 }
 
@@ -192,7 +193,7 @@ void FrameMaker::keep_responses() {
 /// The newest response of a voice that is not ringing out.
 void FrameMaker::build_response(std::size_t voice, std::size_t listener,
                                 ImpulseResponse& response) const {
-    synthesise(voice, listener, propagation_.response(voice, listener), response, nullptr,
+    synthesise(voice, propagation_.response(voice, listener), response, nullptr,
                ImpulseResponseBuilder::kWhole);
 }
 
@@ -205,11 +206,11 @@ void FrameMaker::build_step(std::size_t voice, std::size_t listener, std::size_t
     std::optional<EnergyResponse> moving;
     if (step + 1 < steps && !of.before.empty())
         moving = between(voice, listener, static_cast<float>(step + 1) / static_cast<float>(steps));
-    synthesise(voice, listener, moving ? *moving : propagation_.response(voice, listener), response,
+    synthesise(voice, moving ? *moving : propagation_.response(voice, listener), response,
                &of.scales[listener], builders_[listener]->step_samples(step));
 }
 
-void FrameMaker::synthesise(std::size_t voice, std::size_t listener, const EnergyResponse& rays,
+void FrameMaker::synthesise(std::size_t voice, const EnergyResponse& rays,
                             ImpulseResponse& response, TailScale* scale,
                             std::size_t samples) const {
     const Voice& of = voices_[voice];

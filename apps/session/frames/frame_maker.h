@@ -110,8 +110,8 @@ class FrameMaker {
     void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response) const;
     void build_step(std::size_t voice, std::size_t listener, std::size_t step,
                     ImpulseResponse& response);
-    void synthesise(std::size_t voice, std::size_t listener, const EnergyResponse& rays,
-                    ImpulseResponse& response, TailScale* scale, std::size_t samples) const;
+    void synthesise(std::size_t voice, const EnergyResponse& rays, ImpulseResponse& response,
+                    TailScale* scale, std::size_t samples) const;
     EnergyResponse between(std::size_t voice, std::size_t listener, float share) const;
     void keep_responses();
     SourceSound sound_of(const Voice& voice, const ImpulseResponse& response) const;

@@ -106,7 +106,6 @@ class WaveSynthesis::Field {
     }
 
     double crossover_hz_;
-    std::size_t length_samples_;
     std::size_t decimation_;  ///< from the sample rate to that of the field, a power of two
     WaveTransform transform_;
     RealFft fft_;
@@ -124,7 +123,6 @@ class WaveSynthesis::Field {
 WaveSynthesis::Field::Field(const WaveMasks& masks, double sample_rate_hz,
                             std::size_t length_samples)
     : crossover_hz_(masks.crossover_hz),
-      length_samples_(length_samples),
       decimation_(decimation_for(masks.end_hz(), sample_rate_hz)),
       transform_(static_cast<double>(length_samples) / sample_rate_hz,
                  sample_rate_hz / static_cast<double>(decimation_)),
