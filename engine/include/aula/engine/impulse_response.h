@@ -63,6 +63,7 @@ class ImpulseResponseBuilder {
     void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz = 0,
                TailScale* scale = nullptr, std::size_t samples = kWhole);
 
+    /// All samples of a response.
     static constexpr std::size_t kWhole = static_cast<std::size_t>(-1);
 
     /// Length of the responses, samples: `length_s` rounded up.
