@@ -92,8 +92,8 @@ class RenderFrameBuilder {
     /// Forgets the frames before: the next one is prepared as the first.
     void restart();
 
-    /// Samples of the reverberation that a step takes: all, or the beginning, after which that of
-    /// the step before goes on.
+    /// Samples of the reverberation that a step takes: all, or the beginning. The rest is then that
+    /// of the step before.
     std::size_t step_samples(std::size_t step) const;
 
     /// An empty frame with all memory allocated.

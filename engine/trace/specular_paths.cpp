@@ -17,7 +17,7 @@ namespace {
 
 using Point = ScenePlanes::Point;
 
-// Sequences that are candidates whatever rays meet, those that chains have met in addition, and the
+// Sequences that are always candidates, those that chains have met in addition, and the
 // chains of a listener and frame.
 constexpr std::size_t kMaxListed = 4096;
 constexpr std::size_t kMaxDiscovered = 4096;

@@ -18,7 +18,8 @@ namespace aula {
 
 namespace {
 
-// Along a walk, phases turn by less than half a period from step to step up to 2.6 kHz.
+// At a walk of 1.5 m/s the phases of waves from opposite directions differ by less than half a
+// period from step to step up to 3.4 kHz.
 constexpr double kSteps_hz = 60;
 
 /// The settings of the renderer of each listener. Throws InputError if the renderers take more
@@ -155,7 +156,7 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
 }
 
 /// The energies of a voice at a listener who has covered a share of the way from the place of the
-/// frame before. Those of bins, and paths that were in both frames, change in straight lines.
+/// frame before. The energies of bins, and paths that were in both frames, change linearly.
 EnergyResponse FrameMaker::between(std::size_t voice, std::size_t listener, float share) const {
     EnergyResponse rays = propagation_.response(voice, listener);
     const EnergyResponse& last = voices_[voice].before[listener];

@@ -384,7 +384,7 @@ TEST_CASE("the beginning of a response is that of the whole at the same place") 
               1e-6F * *std::max_element(whole.channels[c].begin(), whole.channels[c].end()));
     }
 
-    // At another place it keeps the scale: that of the place would give each place's energy.
+    // At another place it keeps the scale, and the energy fluctuates.
     r.listener = {4, 1, 1.5F};
     ImpulseResponse there;
     builder.build(r, beginning, 0, &scale, 5000);

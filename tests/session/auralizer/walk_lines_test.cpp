@@ -81,7 +81,7 @@ double energy_near(const std::vector<float>& samples, double frequency_hz, doubl
 /// The stronger one of the lines at the rate of the poses beside a tone, re the tone.
 double lines_db(int sources, float frame_rate_hz, double tone_hz, double rate_hz) {
     const std::vector<float> heard = heard_on_walk(sources, frame_rate_hz, tone_hz, rate_hz);
-    // The shift of the walk, and the main lobe of the window.
+    // The shift of the walk, and half of the window's main lobe: four bins of 0.57 Hz.
     const double near_hz = 2.3 + tone_hz * kWalk_m_s / 343;
     const double lines = std::max(energy_near(heard, tone_hz - rate_hz, near_hz),
                                   energy_near(heard, tone_hz + rate_hz, near_hz));

@@ -97,6 +97,7 @@ TEST_CASE("Reports have third octaves, with those of the centres near octaves") 
         const std::string name = band_name(b);
         for (const auto& [parameter, value] : thirds[name].items()) {
             CAPTURE(name, parameter);
+            // The mean over a third octave differs from its centre by less than this.
             CHECK(value.template get<double>() ==
                   Approx(json["bands"][name][parameter].template get<double>())
                       .epsilon(0.01)

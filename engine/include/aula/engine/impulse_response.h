@@ -21,8 +21,8 @@ struct ImpulseResponse {
     std::vector<SoundPath> paths;  ///< by ascending length
 };
 
-/// The factors of the low octaves of a whole response, which its beginning at another place has,
-/// too. Empty before a whole response.
+/// The factors of the low octaves of a whole response. The beginning of a response at a place
+/// nearby has the same. Empty before a whole response.
 struct TailScale {
     std::vector<float> gains;  ///< [channel][octave]
 };
