@@ -15,7 +15,11 @@ endif()
 # (-ftime-report prints it). From 512 MB on it needs a quarter more memory; its output is the same.
 add_compile_options("$<$<COMPILE_LANG_AND_ID:CXX,GNU>:--param=ggc-min-heapsize=524288>")
 # Hardening for readers of untrusted files; sanitizers have separate checks.
-add_link_options(-Wl,-z,relro,-z,now)
+if(WIN32)
+    add_link_options(-fstack-protector-strong)  # its functions are in a library
+else()
+    add_link_options(-Wl,-z,relro,-z,now)
+endif()
 add_compile_options(-fstack-protector-strong)
 if(NOT AULA_SANITIZE)
     add_compile_options("$<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE;-D_FORTIFY_SOURCE=2>")
@@ -63,8 +67,9 @@ endfunction()
 # ContainedProcess, whose file EMBEDDING, a source of the library, includes as AULA_PROGRAM. It is
 # never instrumented because its memory is limited.
 function(aula_embedded_program library name source embedding)
-    add_executable(aula_${name} "${source}"
-                                "${PROJECT_SOURCE_DIR}/engine/process/contained_program.cpp")
+    add_executable(aula_${name}
+        "${source}"
+        "${PROJECT_SOURCE_DIR}/engine/process/contained_program_${AULA_SYSTEM}.cpp")
     set_target_properties(aula_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
                                                   "${CMAKE_CURRENT_BINARY_DIR}")
     target_include_directories(aula_${name} PRIVATE "${PROJECT_SOURCE_DIR}"
@@ -72,9 +77,8 @@ function(aula_embedded_program library name source embedding)
     target_compile_options(aula_${name} PRIVATE -fno-sanitize=all)
     target_link_options(aula_${name} PRIVATE -fno-sanitize=all)
     target_link_libraries(aula_${name} PRIVATE ${ARGN} aula_warnings)
-    set(program "${CMAKE_CURRENT_BINARY_DIR}/aula_${name}")
+    set(program "${CMAKE_CURRENT_BINARY_DIR}/aula_${name}${CMAKE_EXECUTABLE_SUFFIX}")
     set_source_files_properties("${embedding}" PROPERTIES
         OBJECT_DEPENDS "${program}" COMPILE_DEFINITIONS "AULA_PROGRAM=\"${program}\"")
     add_dependencies(${library} aula_${name})  # make has no rule for a program of another target
-    target_link_libraries(${library} PRIVATE aula::process)
 endfunction()

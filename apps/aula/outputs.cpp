@@ -6,10 +6,10 @@
 
 #include "apps/documents/parameter_map.h"
 #include "apps/documents/parameter_text.h"
-#include "audio/file/naming.h"
 #include "audio/file/part_file.h"
 #include "aula/exception.h"
 #include "engine/mesh/mesh_import.h"
+#include "process/files.h"
 
 namespace aula {
 

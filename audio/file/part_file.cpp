@@ -1,20 +1,18 @@
 #include "audio/file/part_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <string>
 #include <system_error>
 #include <utility>
 
-#include "audio/file/naming.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -23,8 +21,6 @@ namespace {
 // List of all PartFiles, for abandon_all().
 std::mutex mutex;
 PartFile* first = nullptr;
-
-[[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
 
 constexpr const char* kExtension = ".part";
 
@@ -48,17 +44,19 @@ std::string random_name(const std::string& prefix) {
     return prefix + name.data() + kExtension;
 }
 
-/// Opens and locks a new file. Returns its descriptor, or -1 with `errno`; EEXIST if the name is
-/// taken.
-int create(const std::filesystem::path& file, mode_t mode) {
-    const int descriptor =
-        open(file.c_str(), O_CREAT | O_EXCL | O_NOFOLLOW | O_RDWR | O_CLOEXEC, mode);
-    if (descriptor < 0 || lock_name(descriptor, file) != NameLock::busy) return descriptor;
+void remove_file(const std::filesystem::path& file) {
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+}
+
+/// Opens and locks a new file, unless the name is taken.
+std::optional<int> create(const std::filesystem::path& file, bool replaces) {
+    const std::optional<int> descriptor = create_file(file, replaces);
+    if (!descriptor || lock_name(*descriptor, file) != NameLock::busy) return descriptor;
     // Another process has taken it for the file of an ended one, before it was locked.
-    close(descriptor);
-    unlink(file.c_str());
-    errno = EEXIST;
-    return -1;
+    close(*descriptor);
+    remove_file(file);
+    return std::nullopt;
 }
 
 /// Removes the unfinished files that ended processes have left, which are those without a lock.
@@ -68,11 +66,9 @@ void remove_left_parts(const std::filesystem::path& folder, const std::string& p
     for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         if (!name.starts_with(prefix) || !name.ends_with(kExtension)) continue;
-        // Opening a pipe would block.
-        const int descriptor =
-            open(entry->path().c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        const int descriptor = open_locked(entry->path());
         if (descriptor < 0) continue;
-        if (lock_name(descriptor, entry->path()) == NameLock::locked) unlink(entry->path().c_str());
+        remove_file(entry->path());
         close(descriptor);
     }
 }
@@ -86,40 +82,38 @@ std::filesystem::path file_behind_links(const std::filesystem::path& name) {
     for (int links = 0; links < kMostLinks; ++links) {
         std::error_code error;
         file = std::filesystem::weakly_canonical(file, error);
-        struct stat status {};
-        if (!error && lstat(file.c_str(), &status) != 0) {
-            if (errno == ENOENT || errno == ENOTDIR) return file;
-            error.assign(errno, std::generic_category());
+        std::filesystem::file_status status;
+        if (!error) {
+            status = std::filesystem::symlink_status(file, error);
+            if (status.type() == std::filesystem::file_type::not_found) return file;
         }
-        if (!error && !S_ISLNK(status.st_mode)) return file;
+        if (!error && !std::filesystem::is_symlink(status)) return file;
         // A link to a file that does not exist.
         if (!error) file = file.parent_path() / std::filesystem::read_symlink(file, error);
-        if (error) fail(error.value());
+        if (error) throw std::system_error(error);
     }
-    fail(ELOOP);
+    throw std::system_error(std::make_error_code(std::errc::too_many_symbolic_link_levels));
 }
 
 PartFile::PartFile(const std::filesystem::path& file) : target_(file_behind_links(file)) {
     check_replaceable(file);
     const std::string prefix = part_prefix(target_);
     remove_left_parts(target_.parent_path(), prefix);
-    struct stat replaced {};
-    const bool replaces = stat(target_.c_str(), &replaced) == 0;
-    // A new file has the user's default permissions, a replacement those of the replaced file.
-    constexpr mode_t kNew = 0666;
-    constexpr mode_t kPrivate = 0600;
+    std::error_code ignored;
+    const bool replaces = std::filesystem::exists(target_, ignored);
     const std::lock_guard lock(mutex);
+    std::optional<int> created;
     do {
         temporary_ = target_.parent_path() / random_name(prefix);
-        descriptor_ = create(temporary_, replaces ? kPrivate : kNew);
-    } while (descriptor_ < 0 && errno == EEXIST);
-    if (descriptor_ < 0) fail(errno);
-    constexpr mode_t kPermissions = 0777;
-    if (replaces && fchmod(descriptor_, replaced.st_mode & kPermissions) != 0) {
-        const int reason = errno;
+        created = create(temporary_, replaces);
+    } while (!created);
+    descriptor_ = *created;
+    try {
+        if (replaces) copy_permissions(descriptor_, target_);
+    } catch (const std::system_error&) {
         close(descriptor_);
-        unlink(temporary_.c_str());
-        fail(reason);
+        remove_file(temporary_);
+        throw;
     }
     next_ = std::exchange(first, this);
 }
@@ -129,7 +123,7 @@ PartFile::~PartFile() {
     PartFile** link = &first;
     while (*link != this) link = &(*link)->next_;
     *link = next_;
-    if (!temporary_.empty()) unlink(temporary_.c_str());
+    if (!temporary_.empty()) remove_file(temporary_);
     close(descriptor_);
 }
 
@@ -138,15 +132,11 @@ void PartFile::commit() {
         const std::lock_guard lock(mutex);
         complete_ = true;
     }
-    // Otherwise a system crash may leave an empty file. Some file systems do not support it.
-    if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOSYS) fail(errno);
-    // Closing a duplicate reports late errors as closing the file does; the lock, which keeps other
-    // processes from removing the file, ends with the last descriptor.
-    const int duplicate = fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
-    if (duplicate < 0 || close(duplicate) != 0) fail(errno);
+    // Otherwise a system crash may leave an empty file.
+    flush_file(descriptor_);
     {
         const std::lock_guard lock(mutex);
-        if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+        std::filesystem::rename(temporary_, target_);
         temporary_.clear();
     }
     flush_names(target_.parent_path());
@@ -156,9 +146,10 @@ void PartFile::abandon_all() {
     mutex.lock();
     for (const PartFile* file = first; file != nullptr; file = file->next_) {
         if (file->complete_) {
-            std::rename(file->temporary_.c_str(), file->target_.c_str());
+            std::error_code ignored;
+            std::filesystem::rename(file->temporary_, file->target_, ignored);
         } else {
-            unlink(file->temporary_.c_str());
+            remove_file(file->temporary_);
         }
     }
 }

@@ -2,4 +2,4 @@
 
 #include "process/embedded_file.h"
 
-AULA_EMBEDDED_FILE(embedded_sofa_reader, AULA_PROGRAM)
+AULA_EMBEDDED_PROGRAM(embedded_sofa_reader, AULA_PROGRAM)

@@ -26,9 +26,6 @@ class HugePageArena {
     };
     using Block = std::unique_ptr<float[], Unmap>;
 
-    static Block map(std::size_t bytes);
-    static Block map_huge_page();
-
     std::mutex mutex_;
     std::vector<Block> blocks_;
     std::size_t size_ = 0;  ///< numbers in the last block

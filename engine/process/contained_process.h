@@ -4,26 +4,21 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <variant>
 #include <vector>
 
-#include "process/descriptor.h"
+#include "process/child_process.h"
 
 namespace aula {
-
-/// The program of a contained process: the bytes of an executable file, or its path.
-using ContainedProgram = std::variant<std::span<const std::byte>, std::filesystem::path>;
 
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
 /// allocate without limit. Its program is embedded in the host's and executed from memory, or is a
 /// file, and confines itself (contain()). It reads the file from standard input and answers on
-/// standard output; its environment holds LD_LIBRARY_PATH only, with the folders in which the
-/// host's binary finds its libraries. The destructor kills it and waits for it, by its process id
-/// only.
+/// standard output; on Linux its environment holds LD_LIBRARY_PATH only, with the folders in which
+/// the host's binary finds its libraries. On Windows a job limits its memory and processor time,
+/// and forbids it further processes. The destructor ends it.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular
@@ -33,10 +28,6 @@ class ContainedProcess {
     /// The same for a file in memory; `name` is that in messages.
     ContainedProcess(const ContainedProgram& program, std::string_view bytes,
                      std::filesystem::path name, std::string expected);
-    ~ContainedProcess();
-    ContainedProcess(const ContainedProcess&) = delete;
-    ContainedProcess& operator=(const ContainedProcess&) = delete;
-
     /// Reads a value, all elements of a vector, or bytes from the answer. Throws InputError, with
     /// the reason, if the answer ends before or does not arrive in time.
     template <typename T>
@@ -59,16 +50,12 @@ class ContainedProcess {
     void begin(const ContainedProgram& program, const Descriptor& input);
     /// Waits for the next part of the answer.
     void wait_for_answer();
-    [[noreturn]] void refuse_as_ended(int status) const;
+    [[noreturn]] void refuse_as_ended();
     [[noreturn]] void refuse_as_damaged(const std::string& how) const;
-    std::chrono::nanoseconds processor_time() const;
-    /// Kills the process and waits for it. Returns its status, as waitpid() does, or 0.
-    int end();
 
     std::filesystem::path file_;
     std::string expected_;
-    std::optional<Descriptor> output_;
-    int id_ = -1;  ///< -1 if the process has been waited for
+    std::optional<ChildProcess> process_;
     // When the last part of the answer arrived, and the processor time until then.
     Clock::time_point answered_;
     std::chrono::nanoseconds computed_{0};

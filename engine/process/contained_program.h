@@ -16,8 +16,12 @@ inline constexpr std::size_t kContainedMemory_bytes = std::size_t{1} << 30;
 inline constexpr unsigned kContainedTime_s = 3600;
 
 /// Exit statuses of a program that has no memory left or cannot map the file.
-inline constexpr int kOutOfMemory = 3;
+inline constexpr int kOutOfMemory = 5;  // not 3, with which abort() ends on Windows
 inline constexpr int kNotMapped = 4;
+
+// contain() does all of the following on Linux. On Windows, where the job of the ChildProcess
+// limits memory, processor time and processes, it maps the file and gives the process the lowest
+// integrity: it may write to no file.
 
 /// The file on standard input, mapped. If it cannot be mapped the program ends with the status
 /// kNotMapped.

@@ -16,6 +16,7 @@ class Descriptor {
 
     void reset();
     int number() const { return number_; }
+    int release() { return std::exchange(number_, -1); }
 
  private:
     int number_;

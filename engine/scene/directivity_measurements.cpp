@@ -170,9 +170,21 @@ Directivity directivity_of(const DirectivityAnswer& answer) {
                            answer.frequencies_hz, answer.energies});
 }
 
+namespace {
+
+ContainedProgram directivity_reader(const std::filesystem::path& file) {
+    try {
+        return embedded_directivity_reader();
+    } catch (const InputError& error) {
+        throw InputError(file.string() + ": " + error.what());
+    }
+}
+
+}  // namespace
+
 Directivity read_sofa_directivity(const std::filesystem::path& file) {
     constexpr const char* kDamaged = "is damaged and cannot be read as SOFA";
-    ContainedProcess reader(embedded_directivity_reader(), file,
+    ContainedProcess reader(directivity_reader(file), file,
                             "a SOFA file of a source's directivity (FreeFieldDirectivityTF)");
     using Verdict = DirectivityHeader::Verdict;
     DirectivityAnswer answer;

@@ -4,7 +4,8 @@
 
 namespace aula {
 
-/// The executable file built from directivity_reader.cpp.
+/// The executable file built from directivity_reader.cpp. Throws InputError, without the name of a
+/// file, if Aula was built without HDF5.
 ContainedProgram embedded_directivity_reader();
 
 }  // namespace aula

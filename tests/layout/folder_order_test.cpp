@@ -35,7 +35,7 @@ const std::array kParts = {
     Part{"apps/documents", {"", "report"}, {"apps/session", "engine", "audio"}},
     Part{"apps/window",
          {"view", "model", "gl", ""},
-         {"apps/documents", "apps/session", "engine", "audio"}},
+         {"apps/documents", "apps/session", "engine", "audio", "process"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", "rendering", "waves", ""},
          {"apps/session", "engine", "audio", "process"}},
@@ -48,7 +48,8 @@ const std::array kParts = {
          {"apps/session", "engine", "audio", "process"}},
     Part{"apps/aula",
          {"arguments", "terminal", ""},
-         {"apps/dataset", "apps/documents", "apps/session", "apps/window", "engine", "audio"}},
+         {"apps/dataset", "apps/documents", "apps/session", "apps/window", "engine", "audio",
+          "process"}},
 };
 
 bool is_source(const fs::path& file) {

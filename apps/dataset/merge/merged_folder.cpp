@@ -1,18 +1,16 @@
 #include "apps/dataset/merge/merged_folder.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <array>
 #include <cerrno>
 #include <fstream>
+#include <optional>
 #include <system_error>
 #include <unordered_set>
 #include <utility>
 
 #include "apps/dataset/base/sha256.h"
-#include "audio/file/naming.h"
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -64,19 +62,15 @@ MergedFolder::MergedFolder(fs::path folder) : folder_(std::move(folder)), out_(f
 void MergedFolder::write(const std::string& name, std::string_view content) {
     const fs::path file = path(name);
     fs::create_directories(file.parent_path());
-    const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor < 0) fail(named(name));
-    for (std::string_view rest = content; !rest.empty();) {
-        const ssize_t written = ::write(descriptor, rest.data(), rest.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) {
-            const int error = errno;
-            close(descriptor);
-            fail(named(name), std::error_code(error, std::generic_category()));
-        }
-        rest.remove_prefix(static_cast<std::size_t>(written));
+    try {
+        const std::optional<int> created = create_file(file, false);
+        if (!created) fail(named(name), std::make_error_code(std::errc::file_exists));
+        Descriptor descriptor(*created);
+        write_all(descriptor.number(), content);
+        close_file(descriptor.release());
+    } catch (const std::system_error& error) {
+        fail(named(name), error.code());
     }
-    if (close(descriptor) != 0) fail(named(name));
     sums_ += sha256(content) + "  " + name + "\n";
 }
 

@@ -11,8 +11,8 @@
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/json_text.h"
 #include "apps/session/base/output_file.h"
-#include "audio/file/naming.h"
 #include "aula/exception.h"
+#include "process/files.h"
 #include "process/regular_file.h"
 
 namespace aula {

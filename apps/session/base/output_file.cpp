@@ -1,27 +1,20 @@
 #include "apps/session/base/output_file.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 
 namespace {
 
-[[noreturn]] void fail_writing(const std::filesystem::path& file, int error) {
-    throw Failure(file.string() + ": cannot write: " + std::generic_category().message(error));
-}
-
-[[noreturn]] void refuse(const std::filesystem::path& file, int error) {
-    throw InputError(file.string(), "",
-                     "cannot be written, " + std::generic_category().message(error) +
-                         "; expected a place to write to");
+[[noreturn]] void fail_writing(const std::filesystem::path& file, const std::system_error& error) {
+    throw Failure(file.string() + ": cannot write: " + error.code().message());
 }
 
 }  // namespace
@@ -33,18 +26,17 @@ OutputFile::OutputFile(const std::filesystem::path& file, std::filesystem::path 
     if (std::filesystem::is_directory(status))
         throw InputError(file_.string(), "",
                          "is a directory; expected the name of a file to write");
-    // A device or a pipe cannot be replaced by a new file, so it is written directly.
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-        descriptor_ = open(file.c_str(), O_WRONLY | O_CLOEXEC);
-        if (descriptor_ < 0) refuse(file_, errno);
-        return;
-    }
     try {
-        part_.emplace(file);
+        // A device or a pipe cannot be replaced by a new file, so it is written directly.
+        if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+            descriptor_ = open_device(file);
+        else
+            descriptor_ = part_.emplace(file).descriptor();
     } catch (const std::system_error& failure) {
-        refuse(file_, failure.code().value());
+        throw InputError(
+            file_.string(), "",
+            "cannot be written, " + failure.code().message() + "; expected a place to write to");
     }
-    descriptor_ = part_->descriptor();
 }
 
 OutputFile::~OutputFile() {
@@ -52,23 +44,21 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::write(std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t written = ::write(descriptor_, text.data(), text.size());
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) fail_writing(file_, errno);
-        text.remove_prefix(static_cast<std::size_t>(written));
+    try {
+        write_all(descriptor_, text);
+    } catch (const std::system_error& error) {
+        fail_writing(file_, error);
     }
 }
 
 void OutputFile::commit() {
-    if (!part_) {
-        if (close(std::exchange(descriptor_, -1)) != 0) fail_writing(file_, errno);
-        return;
-    }
     try {
-        part_->commit();
+        if (part_)
+            part_->commit();
+        else
+            close_file(std::exchange(descriptor_, -1));
     } catch (const std::system_error& error) {
-        fail_writing(file_, error.code().value());
+        fail_writing(file_, error);
     }
 }
 

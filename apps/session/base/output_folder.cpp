@@ -1,16 +1,10 @@
 #include "apps/session/base/output_folder.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
 #include <system_error>
 
-#include "audio/file/naming.h"
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -52,15 +46,6 @@ bool has_hidden_folder(const fs::path& hidden) {
                      "nothing (move it away)");
 }
 
-/// Flushes all files of the folder's file system to the disk: one by one takes longer.
-void flush_files(const fs::path& folder) {
-    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    const bool flushed = descriptor >= 0 && syncfs(descriptor) == 0;
-    const std::error_code error(errno, std::generic_category());
-    if (descriptor >= 0) close(descriptor);
-    if (!flushed) throw std::system_error(error);
-}
-
 }  // namespace
 
 OutputFolder::OutputFolder(const fs::path& folder)
@@ -96,16 +81,7 @@ void OutputFolder::prepare() {
     replaces_ = has_entry(folder_);
     // From now on, so that nobody reads unfinished files who may not read the earlier ones, and new
     // files belong to the group of a folder with S_ISGID.
-    if (replaces_) copy_mode(S_IRWXU);
-}
-
-/// Gives the new folder the permissions of the earlier one, and those that are added.
-void OutputFolder::copy_mode(unsigned added) {
-    constexpr mode_t kPermissions = 07777;
-    struct stat earlier {};
-    if (stat(folder_.c_str(), &earlier) != 0) return;
-    if (chmod(part_.c_str(), (earlier.st_mode & kPermissions) | added) != 0)
-        throw std::system_error(errno, std::generic_category());
+    if (replaces_) copy_folder_permissions(part_, folder_, true);
 }
 
 void OutputFolder::remove_part() noexcept {
@@ -117,9 +93,9 @@ void OutputFolder::remove_part() noexcept {
 void OutputFolder::replace() {
     // Until it is removed the earlier folder must not pass for one that a killed process has left.
     const FolderLock lock(folder_);
-    copy_mode(0);
+    copy_folder_permissions(part_, folder_, false);
     fs::path removed = part_;
-    if (renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) != 0) {
+    if (!exchange_names(part_, folder_)) {
         // The file system or the kernel cannot exchange names. A process that ends in between
         // leaves the earlier folder for prepare().
         fs::rename(folder_, earlier_);
@@ -137,22 +113,13 @@ void OutputFolder::replace() {
 
 /// Throws Failure if the name is taken.
 void OutputFolder::rename_new() {
-    int error = 0;
-    if (renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_NOREPLACE) != 0)
-        error = errno;
-    // Some file systems and kernels do not support the flag.
-    if (error == EINVAL || error == ENOSYS) {
-        error = has_entry(folder_) ? EEXIST : 0;
-        if (error == 0) fs::rename(part_, folder_);
-    }
-    if (error == EEXIST) {
+    if (!rename_to_free_name(part_, folder_)) {
         parents_.clear();
         lock_.reset();  // keeps the folder
         throw Failure(folder_.string() +
                       ": another program has created it meanwhile; the files are in " +
                       part_.string());
     }
-    if (error != 0) throw std::system_error(error, std::generic_category());
     flush_names(folder_.parent_path());
 }
 

@@ -35,7 +35,6 @@ class OutputFolder {
 
  private:
     void prepare();
-    void copy_mode(unsigned added);
     void replace();
     void rename_new();
     void remove_part() noexcept;

@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <system_error>
 
-#include "audio/file/naming.h"
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 

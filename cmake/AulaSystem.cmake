@@ -1,0 +1,17 @@
+# What depends on the operating system. AULA_SYSTEM is in the names of sources that call it.
+if(WIN32)
+    set(AULA_SYSTEM windows)
+    # Devices, what plays on them, and HDF5 are not part of the library for Windows.
+    set(AULA_DEVICES OFF)
+    set(AULA_HDF5 OFF)
+else()
+    set(AULA_SYSTEM posix)
+    set(AULA_DEVICES ON)
+    set(AULA_HDF5 ON)
+    aula_find_devices_dependencies()
+    pkg_check_modules(PORTAUDIO REQUIRED portaudio-2.0)
+    find_library(AULA_PORTAUDIO_ARCHIVE libportaudio.a HINTS ${PORTAUDIO_LIBRARY_DIRS} REQUIRED)
+    pkg_check_modules(JACK REQUIRED IMPORTED_TARGET jack)
+    pkg_check_modules(ALSA REQUIRED IMPORTED_TARGET alsa)
+    include(AulaHdf5)
+endif()

@@ -1,0 +1,210 @@
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <link.h>
+#include <poll.h>
+#include <sched.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "process/child_process.h"
+#include "process/contained_program.h"
+#include "process/files.h"
+
+namespace aula {
+
+namespace {
+
+constexpr const char* kName = "aula-reader";  // of the process, for ps
+
+[[noreturn]] void fail_start(int error) { throw std::system_error(error, std::generic_category()); }
+
+/// Creates an executable file in memory.
+int make_program_file() {
+#ifndef MFD_EXEC
+    constexpr unsigned MFD_EXEC = 0x10;  // since Linux 6.3, where execution may require it
+#endif
+    const int made = memfd_create(kName, MFD_CLOEXEC | MFD_EXEC);
+    if (made >= 0 || errno != EINVAL) return made;
+    return memfd_create(kName, MFD_CLOEXEC);
+}
+
+/// Opens the program, whose bytes are written to an executable file in memory.
+Descriptor open_program(const ContainedProgram& program) {
+    const auto* const file = std::get_if<std::filesystem::path>(&program);
+    const int number =
+        file != nullptr ? open(file->c_str(), O_RDONLY | O_CLOEXEC) : make_program_file();
+    if (number < 0) fail_start(errno);
+    Descriptor opened(number);
+    if (file != nullptr) return opened;
+    const std::span<const std::byte> bytes = std::get<0>(program);
+    write_all(opened.number(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    return opened;
+}
+
+bool has_real_time_policy() {
+#ifndef SCHED_DEADLINE
+    constexpr int SCHED_DEADLINE = 6;
+#endif
+    const int policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
+    return policy == SCHED_FIFO || policy == SCHED_RR || policy == SCHED_DEADLINE;
+}
+
+/// RUNPATH of the binary that contains this code, with its folder in place of $ORIGIN; or empty.
+std::string run_path() {
+    Dl_info place{};
+    link_map* binary = nullptr;
+    if (dladdr1(reinterpret_cast<void*>(&run_path), &place, reinterpret_cast<void**>(&binary),
+                RTLD_DL_LINKMAP) == 0)
+        return "";
+    const char* strings = nullptr;
+    const ElfW(Dyn)* run_path = nullptr;
+    for (const ElfW(Dyn)* entry = binary->l_ld; entry->d_tag != DT_NULL; ++entry) {
+        if (entry->d_tag == DT_STRTAB) strings = reinterpret_cast<const char*>(entry->d_un.d_ptr);
+        if (entry->d_tag == DT_RUNPATH) run_path = entry;
+    }
+    if (strings == nullptr || run_path == nullptr) return "";
+    std::string folders = strings + run_path->d_un.d_val;
+    // The program of the process has no name here.
+    std::error_code error;
+    const std::filesystem::path file = binary->l_name[0] != '\0'
+                                           ? std::filesystem::path(binary->l_name)
+                                           : std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::string folder = file.parent_path().string();
+    constexpr std::string_view kOrigin = "$ORIGIN";
+    for (auto at = folders.find(kOrigin); at != std::string::npos;
+         at = folders.find(kOrigin, at + folder.size()))
+        folders.replace(at, kOrigin.size(), folder);
+    return folders;
+}
+
+/// Where the program finds its libraries, as LD_LIBRARY_PATH: in the folders in which the binary
+/// that contains this code finds its own. The program itself, in memory, has no $ORIGIN.
+std::string library_folders() {
+    const char* const inherited = std::getenv("LD_LIBRARY_PATH");
+    std::string folders = inherited != nullptr ? inherited : "";
+    const std::string own = run_path();
+    if (!folders.empty() && !own.empty()) folders += ':';
+    return folders + own;
+}
+
+/// Starts the program that reads `input` and writes to `output`. Returns 0, or an error.
+int start(const Descriptor& program, const Descriptor& input, const Descriptor& output, pid_t& id) {
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, input.number(), STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&files, output.number(), STDOUT_FILENO);
+    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    // Default signal handling and no real-time priority, independent of the caller.
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t signals;
+    sigemptyset(&signals);
+    posix_spawnattr_setsigmask(&attributes, &signals);
+    sigfillset(&signals);
+    posix_spawnattr_setsigdefault(&attributes, &signals);
+    short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
+    // Only from a real-time policy: a process of the policy idle may not leave it.
+    if (has_real_time_policy()) {
+        const sched_param ordinary{};
+        posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
+        posix_spawnattr_setschedparam(&attributes, &ordinary);
+        flags |= POSIX_SPAWN_SETSCHEDULER;
+    }
+    posix_spawnattr_setflags(&attributes, flags);
+    const std::string path = "/proc/self/fd/" + std::to_string(program.number());
+    std::string name = kName;
+    char* const arguments[] = {name.data(), nullptr};
+    // Of the environment only what finds the libraries: preloaded libraries and settings of
+    // malloc() and HDF5 may need system calls that are forbidden to the process.
+    const std::string folders = library_folders();
+    std::string libraries = "LD_LIBRARY_PATH=" + folders;
+    char* const environment[] = {folders.empty() ? nullptr : libraries.data(), nullptr};
+    const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environment);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    return error;
+}
+
+}  // namespace
+
+const char* const ChildProcess::kNeeds =
+    "/proc, memory that may be executed, and limits that allow it";
+
+struct ChildProcess::State {
+    std::optional<Descriptor> output;
+    int id = -1;  ///< -1 if the process has been waited for
+
+    /// Kills the process and waits for it. Returns its status, as waitpid() does, or 0.
+    int end() {
+        int status = 0;
+        if (id < 0) return status;
+        // If the host ignores SIGCHLD or waits for any child, waitpid() fails.
+        kill(id, SIGKILL);
+        while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
+        }
+        id = -1;
+        return status;
+    }
+};
+
+ChildProcess::ChildProcess(const ContainedProgram& program, const Descriptor& input)
+    : state_(std::make_unique<State>()) {
+    int ends[2] = {-1, -1};
+    if (pipe2(ends, O_CLOEXEC) != 0) fail_start(errno);
+    state_->output.emplace(ends[0]);
+    const Descriptor to(ends[1]);
+    const Descriptor executable = open_program(program);
+    if (const int error = start(executable, input, to, state_->id)) fail_start(error);
+}
+
+ChildProcess::~ChildProcess() { state_->end(); }
+
+bool ChildProcess::wait(std::chrono::nanoseconds timeout) {
+    const auto milliseconds = std::chrono::ceil<std::chrono::milliseconds>(timeout);
+    pollfd ready{state_->output->number(), POLLIN, 0};
+    return poll(&ready, 1, static_cast<int>(milliseconds.count())) > 0;
+}
+
+std::size_t ChildProcess::read(void* bytes, std::size_t size) {
+    ssize_t got = -1;
+    do {
+        got = ::read(state_->output->number(), bytes, size);
+    } while (got < 0 && errno == EINTR);
+    return got > 0 ? static_cast<std::size_t>(got) : 0;
+}
+
+std::chrono::nanoseconds ChildProcess::processor_time() const {
+    clockid_t clock{};
+    timespec time{};
+    // A process that another thread of the host has waited for has no clock.
+    if (clock_getcpuclockid(state_->id, &clock) != 0 || clock_gettime(clock, &time) != 0) return {};
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+ChildProcess::End ChildProcess::end() {
+    const int status = state_->end();
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNotMapped) return End::not_mapped;
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kOutOfMemory) return End::out_of_memory;
+    if (!WIFSIGNALED(status)) return End::early;
+    switch (WTERMSIG(status)) {
+        case SIGSYS:
+            return End::forbidden_call;
+        case SIGXCPU:
+            return End::out_of_time;
+        default:
+            return End::crashed;
+    }
+}
+
+}  // namespace aula
