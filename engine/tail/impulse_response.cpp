@@ -136,6 +136,11 @@ AULA_MULTIVERSION void add_energies(const TailSegment& s, const Moments& m, Ener
         sum.common[k] += double{2 * middle[k] * middle[k + 1] * m.product[k - kHigh]};
 }
 
+/// Shares of the low and of the high carriers in the energies of octaves.
+struct OctaveShares {
+    Bands low, high;
+};
+
 struct Channel {
     std::size_t offset = 0;        ///< start of its high carriers
     std::vector<Moments> moments;  ///< [segment]
@@ -154,7 +159,7 @@ struct ImpulseResponseBuilder::State {
                  const Bands& wanted) const;
     void build(const EnergyResponse& energy, ImpulseResponse& out, double crossover_hz,
                TailScale& scale, std::size_t samples);
-    Bands shares_above(const std::vector<TailSegment>& segments, const Values& above) const;
+    OctaveShares shares(const std::vector<TailSegment>& segments, const Values& above) const;
     bool has_scale(const TailScale& scale, const Bands& wanted) const;
     void set_scale(std::size_t channel, const Bands& wanted, TailScale& scale) const;
     void add_low(std::size_t channel, const TailScale& scale, std::vector<float>& out);
@@ -273,7 +278,8 @@ void ImpulseResponseBuilder::State::measure_carriers(const TimeBins& bins,
     }
 }
 
-/// The factors of the high carriers of a channel that give each octave the sum of squares `wanted`.
+/// The factors of the high carriers of a channel that give those of each octave the sum of squares
+/// `wanted`.
 Values ImpulseResponseBuilder::State::gains(const Channel& channel,
                                             const std::vector<TailSegment>& segments,
                                             const Bands& wanted) const {
@@ -283,10 +289,11 @@ Values ImpulseResponseBuilder::State::gains(const Channel& channel,
     Values gain{};
     for (std::size_t b = kHigh / 3; b < kBandCount; ++b) {
         double energy = 0;
-        for (std::size_t k = 3 * b; k < 3 * b + 3; ++k) energy += sum.own[k] + sum.common[k];
+        const std::size_t first = std::max(3 * b, kHigh);
+        for (std::size_t k = first; k < 3 * b + 3; ++k) energy += sum.own[k] + sum.common[k];
         if (!(energy > 0)) continue;
         const auto factor = static_cast<float>(std::sqrt(double{wanted[b]} / energy));
-        for (std::size_t k = 3 * b; k < 3 * b + 3; ++k) gain[k] = factor * carriers_->step()[k];
+        for (std::size_t k = first; k < 3 * b + 3; ++k) gain[k] = factor * carriers_->step()[k];
     }
     for (std::size_t k = kInOctaves; k < kCarriers; ++k) gain[k] = carriers_->step()[k];
     return gain;
@@ -306,23 +313,37 @@ void ImpulseResponseBuilder::State::set_lines(const TailSegment& segment, const 
     }
 }
 
-/// The shares of the energies of octaves that remain of carriers with the amplitudes `above`.
-Bands ImpulseResponseBuilder::State::shares_above(const std::vector<TailSegment>& segments,
-                                                  const Values& above) const {
-    std::array<double, kBandCount> all{};
-    std::array<double, kBandCount> left{};
+/// The shares of low carriers with the amplitudes `above` in the energies of octaves, and those of
+/// the high carriers.
+OctaveShares ImpulseResponseBuilder::State::shares(const std::vector<TailSegment>& segments,
+                                                   const Values& above) const {
+    std::array<double, kInOctaves> energy{};
     for (const TailSegment& s : segments) {
+        const double duration_s = s.end_s - s.begin_s;
         for (std::size_t k = 0; k < kInOctaves; ++k) {
             const float square =
                 s.begin[k] * s.begin[k] + s.begin[k] * s.end[k] + s.end[k] * s.end[k];
-            const double energy = double{carriers_->power()[k] * square} * (s.end_s - s.begin_s);
-            all[k / 3] += energy;
-            left[k / 3] += energy * double{above[k] * above[k]};
+            energy[k] += duration_s * double{square};
         }
     }
-    Bands shares;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-        shares[b] = all[b] > 0 ? static_cast<float>(left[b] / all[b]) : 0;
+    OctaveShares shares;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+        double all = 0;
+        double low = 0;
+        double high = 0;
+        for (std::size_t k = 3 * b; k < 3 * b + 3; ++k) {
+            const double own = energy[k] * double{carriers_->power()[k]};
+            all += own;
+            if (k < kHigh) {
+                low += own * double{above[k] * above[k]};
+            } else {
+                high += own;
+            }
+        }
+        if (!(all > 0)) continue;
+        shares.low[b] = static_cast<float>(low / all);
+        shares.high[b] = static_cast<float>(high / all);
+    }
     return shares;
 }
 
@@ -387,14 +408,16 @@ void ImpulseResponseBuilder::State::build(const EnergyResponse& energy, ImpulseR
                            static_cast<double>(carriers_->decimation()) / out.sample_rate_hz);
     const Bands wanted = wanted_energy(energy);
     const Values above = amplitudes_above(crossover_hz);
-    const Bands wanted_low = wanted * shares_above(segments, above);
+    const OctaveShares shares_of_octaves = shares(segments, above);
+    const Bands wanted_low = wanted * shares_of_octaves.low;
+    const Bands wanted_high = wanted * shares_of_octaves.high;
     const bool is_whole = samples >= length_samples_ || !has_scale(scale, wanted_low);
     const std::size_t count = is_whole ? length_samples_ : samples;
     waves_->build(segments, above, energy.listener / sample_m,
                   low_samples(count) + CarrierInterpolator::kAfter);
     std::vector<Values> gain;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
-        gain.push_back(gains(channels_[c], segments, wanted));
+        gain.push_back(gains(channels_[c], segments, wanted_high));
         for (std::size_t k = 0; k < kCarriers; ++k) gain[c][k] *= above[k];
         if (is_whole) set_scale(c, wanted_low, scale);
         out.channels[c].resize(count);

@@ -18,8 +18,8 @@ namespace {
 constexpr double kLevelling = 64;  // window, independent samples of the carrier
 constexpr float kSteps = 32767;    // of a carrier's peak
 
-// The low carriers end at 1.6 kHz, the upper end of their last crossover; 8 taps per sample would
-// leave an image of -56 dB, 12 leave -80 dB.
+// The low carriers end at 2 kHz, the upper end of their last crossover; 12 taps per sample would
+// leave an image of -63 dB, 16 leave -79 dB.
 constexpr double kLowestRate_hz = 5500;
 
 /// Low carriers have one sample of as many.

@@ -27,7 +27,7 @@ class NoiseCarriers {
     static constexpr std::size_t kMaxChannels = 16;  ///< third-order ambisonics
     static constexpr std::size_t kMaxRead_samples = 1024;
     static constexpr std::size_t kCount = ThirdOctaveModel::kCount;
-    static constexpr std::size_t kHigh = 15;  ///< the first carrier at the full rate: 1.6 kHz
+    static constexpr std::size_t kHigh = 16;  ///< the first carrier at the full rate: 2 kHz
 
     using Values = ThirdOctaveModel::Values;  ///< [carrier]
 

@@ -23,11 +23,12 @@ constexpr std::size_t kLow = NoiseCarriers::kHigh;
 constexpr double kBlock_s = 0.064;
 constexpr double kFade_s = 0.024;
 
-/// Taps that shift by a fraction of a sample. The error is below -38 dB up to 1.6 kHz, where the
-/// low carriers end.
-constexpr std::size_t kShiftTaps = 6;
+/// Taps that shift by a fraction of a sample. The error is below -39 dB up to 2 kHz, where the low
+/// carriers end, and with the few taps of the octaves up to 500 Hz up to 1 kHz, where these end.
+constexpr std::size_t kShiftTaps = 8;
+constexpr std::size_t kFewTaps = 4;
 constexpr std::size_t kShiftBefore = kShiftTaps / 2 - 1;
-constexpr double kShiftShape = 3;  // of Kaiser's window for -38 dB
+constexpr double kShiftShape = 4.25;  // of Kaiser's window for -39 dB
 
 /// Samples that are computed together.
 constexpr std::size_t kGroup = 16;
@@ -39,29 +40,33 @@ constexpr double kHighestRate_hz = 11000;
 static_assert((kBlock_s + kFade_s) * kHighestRate_hz + kShiftTaps + 2 * kGroup <
               NoiseCarriers::kMaxRead_samples);
 
-using ShiftWeights = std::array<float, kShiftTaps>;
+template <std::size_t kTaps>
+using ShiftWeights = std::array<float, kTaps>;
 
-/// Steps of a fraction: half of one is an error of -50 dB at 1.6 kHz.
+/// Steps of a fraction: half of one is an error of -47 dB at 2 kHz.
 constexpr std::size_t kFractions = 256;
 
 /// Weights that shift by a fraction of a sample, of the sum 1.
-ShiftWeights shift_weights(double fraction) {
-    std::array<double, kShiftTaps> w{};
+template <std::size_t kTaps>
+ShiftWeights<kTaps> shift_weights(double fraction) {
+    constexpr double kBefore = kTaps / 2 - 1;
+    std::array<double, kTaps> w{};
     double sum = 0;
-    for (std::size_t t = 0; t < kShiftTaps; ++t)
-        sum += w[t] = windowed_sinc(static_cast<double>(t) - double{kShiftBefore} - fraction,
-                                    kShiftTaps, kShiftShape);
-    ShiftWeights weights{};
-    for (std::size_t t = 0; t < kShiftTaps; ++t) weights[t] = static_cast<float>(w[t] / sum);
+    for (std::size_t t = 0; t < kTaps; ++t)
+        sum += w[t] =
+            windowed_sinc(static_cast<double>(t) - kBefore - fraction, kTaps, kShiftShape);
+    ShiftWeights<kTaps> weights{};
+    for (std::size_t t = 0; t < kTaps; ++t) weights[t] = static_cast<float>(w[t] / sum);
     return weights;
 }
 
 /// The weights of the middle of each step.
-const std::array<ShiftWeights, kFractions>& all_shift_weights() {
+template <std::size_t kTaps>
+const std::array<ShiftWeights<kTaps>, kFractions>& all_shift_weights() {
     static const auto all = [] {
-        std::array<ShiftWeights, kFractions> weights{};
+        std::array<ShiftWeights<kTaps>, kFractions> weights{};
         for (std::size_t i = 0; i < kFractions; ++i)
-            weights[i] = shift_weights((static_cast<double>(i) + 0.5) / double{kFractions});
+            weights[i] = shift_weights<kTaps>((static_cast<double>(i) + 0.5) / double{kFractions});
         return weights;
     }();
     return all;
@@ -74,12 +79,13 @@ const std::array<ShiftWeights, kFractions>& all_shift_weights() {
 }
 
 // The carriers of an octave with their envelopes, up to the next multiple of kGroup.
-AULA_MULTIVERSION
-void shape_octave(std::size_t count, const std::array<const std::int16_t*, 3>& carrier,
-                  const std::array<const float*, 3>& envelope, float* out) {
+template <std::size_t kThirds>
+AULA_MULTIVERSION void shape_octave(std::size_t count,
+                                    const std::array<const std::int16_t*, kThirds>& carrier,
+                                    const std::array<const float*, kThirds>& envelope, float* out) {
     for (std::size_t n = 0; n < count; n += kGroup) {
         Group sum{};
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t k = 0; k < kThirds; ++k) {
             Steps steps;
             std::memcpy(&steps, carrier[k] + n, sizeof steps);
             sum += load_group(envelope[k] + n) * __builtin_convertvector(steps, Group);
@@ -93,24 +99,25 @@ constexpr std::size_t kTogether = 4;
 static_assert(kPlaneWaves / 2 % kTogether == 0);
 
 /// Waves of a block with the envelopes of an octave.
+template <std::size_t kTaps>
 struct ShapedWaves {
     std::array<const float*, kTogether> samples;
-    std::array<const ShiftWeights*, kTogether> weights;
+    std::array<const ShiftWeights<kTaps>*, kTogether> weights;
     std::array<const float*, kTogether> gains;  ///< [channel]
 };
 
 // Adds waves, shifted by fractions of a sample and faded, to each channel, up to the next multiple
 // of kGroup.
-AULA_MULTIVERSION
-void add_waves(std::size_t count, const ShapedWaves& waves, const float* window,
-               std::span<std::vector<float>> out) {
+template <std::size_t kTaps>
+AULA_MULTIVERSION void add_waves(std::size_t count, const ShapedWaves<kTaps>& waves,
+                                 const float* window, std::span<std::vector<float>> out) {
     for (std::size_t n = 0; n < count; n += kGroup) {
         const Group fade = load_group(window + n);
         std::array<Group, kTogether> wave;
         for (std::size_t i = 0; i < kTogether; ++i) {
-            const ShiftWeights& weights = *waves.weights[i];
+            const ShiftWeights<kTaps>& weights = *waves.weights[i];
             Group sum{};
-            for (std::size_t t = 0; t < kShiftTaps; ++t)
+            for (std::size_t t = 0; t < kTaps; ++t)
                 sum += weights[t] * load_group(waves.samples[i] + n + t);
             wave[i] = fade * sum;
         }
@@ -230,29 +237,31 @@ PlaneWaveTail::Reading PlaneWaveTail::reading(const Wave& wave, const Vec3& plac
             static_cast<std::size_t>((shift_samples - whole) * double{kFractions})};
 }
 
-/// Adds the waves of a block of `count` samples to the sums of an octave.
+/// Adds the waves of a block of `count` samples to the sums of an octave, which has `kThirds` low
+/// carriers.
+template <std::size_t kThirds, std::size_t kTaps>
 void PlaneWaveTail::add_octave(std::size_t octave, std::size_t block, const Vec3& place,
                                std::size_t count) {
     const std::size_t begin = block * block_samples_;
     for (std::vector<float>& sum : block_sums_) std::fill(sum.begin(), sum.end(), 0.0F);
-    std::array<const float*, 3> envelope{};
-    for (std::size_t k = 0; k < 3; ++k) envelope[k] = envelopes_[3 * octave + k].data();
+    std::array<const float*, kThirds> envelope{};
+    for (std::size_t k = 0; k < kThirds; ++k) envelope[k] = envelopes_[3 * octave + k].data();
     for (std::size_t first = 0; first < waves_[block].size(); first += kTogether) {
-        ShapedWaves waves{};
+        ShapedWaves<kTaps> waves{};
         for (std::size_t i = 0; i < kTogether; ++i) {
             const Wave& wave = waves_[block][first + i];
             const Reading at = reading(wave, place, begin);
-            std::array<const std::int16_t*, 3> carrier{};
-            for (std::size_t k = 0; k < 3; ++k)
+            std::array<const std::int16_t*, kThirds> carrier{};
+            for (std::size_t k = 0; k < kThirds; ++k)
                 carrier[k] = carriers_->read(3 * octave + k, at.position);
             float* const shaped = shaped_.data() + i * NoiseCarriers::kMaxRead_samples;
-            best_version<shape_octave>(count + kShiftTaps - 1, carrier, envelope, shaped);
-            waves.samples[i] = shaped;
-            waves.weights[i] = &all_shift_weights()[std::min(at.step, kFractions - 1)];
+            best_version<shape_octave<kThirds>>(count + kShiftTaps - 1, carrier, envelope, shaped);
+            waves.samples[i] = shaped + (kShiftTaps - kTaps) / 2;
+            waves.weights[i] = &all_shift_weights<kTaps>()[std::min(at.step, kFractions - 1)];
             waves.gains[i] = wave.gains.data();
         }
-        best_version<add_waves>(count, waves, window_.data(),
-                                std::span<std::vector<float>>(block_sums_));
+        best_version<add_waves<kTaps>>(count, waves, window_.data(),
+                                       std::span<std::vector<float>>(block_sums_));
     }
     for (std::size_t c = 0; c < channels_; ++c) {
         float* const to = sums_[octave * channels_ + c].data() + begin;
@@ -271,8 +280,11 @@ void PlaneWaveTail::build(const std::vector<TailSegment>& segments,
         const std::size_t count = std::min(block_samples_ + fade_.size(), samples - begin);
         sample_envelopes(segments, amplitudes, begin, begin + count);
         set_window(count, b > 0);
-        for (std::size_t o = 0; o < kOctaves; ++o)
-            if (audible_[o]) add_octave(o, b, place, count);
+        for (std::size_t o = 0; o + 2 < kOctaves; ++o)
+            if (audible_[o]) add_octave<3, kFewTaps>(o, b, place, count);
+        if (audible_[kOctaves - 2]) add_octave<3, kShiftTaps>(kOctaves - 2, b, place, count);
+        if (audible_[kOctaves - 1])
+            add_octave<kLow - 3 * (kOctaves - 1), kShiftTaps>(kOctaves - 1, b, place, count);
     }
 }
 

@@ -19,7 +19,7 @@ namespace aula {
 /// N3D), at the sample rate of the low carriers. [one thread at a time; allocates]
 class PlaneWaveTail {
  public:
-    static constexpr std::size_t kOctaves = NoiseCarriers::kHigh / 3;
+    static constexpr std::size_t kOctaves = (NoiseCarriers::kHigh + 2) / 3;
 
     /// `seed` selects the waves. `samples` of the low carriers are computed.
     PlaneWaveTail(std::shared_ptr<const NoiseCarriers> carriers, std::size_t channels,
@@ -31,7 +31,7 @@ class PlaneWaveTail {
     void build(const std::vector<TailSegment>& segments, const NoiseCarriers::Values& amplitudes,
                const Vec3& place, std::size_t samples);
 
-    /// An octave of a channel.
+    /// The low carriers of an octave of a channel.
     const std::vector<float>& sum(std::size_t octave, std::size_t channel) const {
         return sums_[octave * channels_ + channel];
     }
@@ -55,6 +55,7 @@ class PlaneWaveTail {
                           std::size_t end);
     void set_window(std::size_t count, bool has_before);
     Reading reading(const Wave& wave, const Vec3& place, std::size_t begin) const;
+    template <std::size_t kThirds, std::size_t kTaps>
     void add_octave(std::size_t octave, std::size_t block, const Vec3& place, std::size_t count);
 
     std::shared_ptr<const NoiseCarriers> carriers_;

@@ -343,6 +343,26 @@ TEST_CASE("directions point to the origin of the sound") {
     }
 }
 
+TEST_CASE("responses have the place of the listener, and a hash of the geometry as the room") {
+    const auto response = [](const Scene& scene) {
+        Propagation propagation(scene, with(scene, Estimator::patch, 0.1F, 0));
+        propagation.step(test::static_input(scene));
+        return propagation.response(0);
+    };
+    const EnergyResponse first = response(box_room());
+    CHECK(first.listener == box_room().listener.pose.position);
+    // Neither materials nor the listener's place change the carriers of tails.
+    CHECK(response(box_room(0.5F)).room == first.room);
+    Scene moved = box_room();
+    moved.listener.pose.position.x -= 1;
+    CHECK(response(moved).room == first.room);
+    CHECK(response(moved).listener != first.listener);
+    // Companion: another length, by a centimetre.
+    const Scene longer = test::grey_room(test::box(Vec3(5.01F, 4, 3)), 0.2F, 1,
+                                         Vec3(1.2F, 1.1F, 1.5F), Vec3(3.7F, 2.9F, 1.2F));
+    CHECK(response(longer).room != first.room);
+}
+
 TEST_CASE("the response is as long as a decay by 70 dB, at most 10 s") {
     const auto length = [](float absorption) {
         const Scene scene = box_room(absorption);

@@ -27,6 +27,7 @@ namespace {
 constexpr double kRate_hz = 48000;
 constexpr int kOctave500 = -1;  // of FrequencyBand::at
 constexpr double kTone_hz = 1000;
+constexpr double kHighTone_hz = 1500;  // the highest of the field in space
 
 std::size_t samples_of(double time_s) { return static_cast<std::size_t>(time_s * kRate_hz); }
 
@@ -255,11 +256,18 @@ std::vector<Row> measure_heard(const Subject& subject, const Settings& settings)
         row.figures.emplace_back("correlation_" + std::to_string(mm), value(found));
     }
     std::vector<double> levels;
+    std::vector<double> high_levels;
     for (const Vec3& place : places_around()) {
         const auto there = tail_at(place);
-        if (there) levels.push_back(tone_db(*there, kTone_hz));
+        if (!there) continue;
+        levels.push_back(tone_db(*there, kTone_hz));
+        high_levels.push_back(tone_db(*there, kHighTone_hz));
     }
-    row.figures.emplace_back("tone_db", levels.size() > 2 ? Value(deviation(levels)) : Value());
+    const auto varies = [](const std::vector<double>& of) {
+        return of.size() > 2 ? Value(deviation(of)) : Value();
+    };
+    row.figures.emplace_back("tone_db", varies(levels));
+    row.figures.emplace_back("tone_1500_db", varies(high_levels));
     return {row};
 }
 
@@ -278,7 +286,8 @@ const std::vector<Column>& heard_columns() {
                                              {"t20_error_hz", "at Hz", 0},
                                              {"correlation_100", "correlation 0.1 m", 2},
                                              {"correlation_1000", "1 m", 2},
-                                             {"tone_db", "tone dB", 2}};
+                                             {"tone_db", "tone dB", 2},
+                                             {"tone_1500_db", "1.5 kHz", 2}};
     return columns;
 }
 

@@ -79,12 +79,12 @@ TEST_CASE("the carriers are periodic without a discontinuity") {
     }
 }
 
-TEST_CASE("low carriers are sampled at more than three times their highest frequency") {
+TEST_CASE("low carriers are sampled at more than 2.75 times their highest frequency") {
     for (const double rate_hz : {8000.0, 16000.0, 22050.0, 44100.0, 48000.0, 96000.0, 192000.0}) {
         const NoiseCarriers c(rate_hz, 1);
         CAPTURE(rate_hz, c.decimation());
-        CHECK(rate_hz / static_cast<double>(c.decimation()) > 3.5 * 1574);
-        CHECK(rate_hz / static_cast<double>(2 * c.decimation()) < 3.6 * 1574);
+        CHECK(rate_hz / static_cast<double>(c.decimation()) > 2.75 * 1995);
+        CHECK(rate_hz / static_cast<double>(2 * c.decimation()) < 2.76 * 1995);
     }
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("neighbouring carriers do not interfere") {
         // Statistical, only by levelling: without it, the correlation over a period is exactly 0.
         CHECK(std::abs(ab) < 0.02 * std::sqrt(aa * bb));
     }
-    // The sum of the highest carriers, above 1.8 kHz, is white.
+    // The sum of the highest carriers, above 2 kHz, is white.
     std::vector<double> sum(kPeriod_samples);
     for (std::size_t k = NoiseCarriers::kHigh; k < NoiseCarriers::kCount; ++k) {
         const std::vector<double> samples = samples_of(carriers(), k, kPeriod_samples);

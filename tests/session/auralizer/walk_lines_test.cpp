@@ -92,7 +92,7 @@ double lines_db(int sources, float frame_rate_hz, double tone_hz, double rate_hz
 
 TEST_CASE("A walk in a live room adds no lines at the frame rate") {
     for (const int sources : {1, 8}) {
-        for (const double tone_hz : {440.0, 1319.0, 3313.0}) {
+        for (const double tone_hz : {440.0, 1500.0, 3313.0}) {
             CAPTURE(sources, tone_hz);
             CHECK(lines_db(sources, 30, tone_hz, 30) < -45);
         }

@@ -37,12 +37,12 @@ std::shared_ptr<const NoiseCarriers> make_noise_carriers(double sample_rate_hz, 
 /// Synthesises impulse responses from the energy responses of one source. Noise carriers are shaped
 /// by the square root of the energy of each third octave, with p^2 = 4 pi I: the loss by surfaces
 /// is interpolated between octaves, that by air is exact. They are scaled such that the total
-/// energy of each octave is exact, and mixed to the directional covariance of the field (optimal
-/// covariance mixing, Vilkamo 2013). Below 1.3 kHz the carriers are a diffuse field in space, at
-/// EnergyResponse::listener; above and at one place they are constant: from frame to frame only
-/// energies and directions change. Carriers of different rooms (EnergyResponse::room) and of
-/// sources with different names are independent. W does not depend on the order. [one thread at a
-/// time; allocates]
+/// energy of each octave is exact (in that of 2 kHz, below and above 1.8 kHz), and mixed to the
+/// directional covariance of the field (optimal covariance mixing, Vilkamo 2013). Below 1.6 kHz the
+/// carriers are a diffuse field in space, at EnergyResponse::listener; above and at one place they
+/// are constant: from frame to frame only energies and directions change. Carriers of different
+/// rooms (EnergyResponse::room) and of sources with different names are independent. W does not
+/// depend on the order. [one thread at a time; allocates]
 class ImpulseResponseBuilder {
  public:
     /// Responses have the length `length_s` > 0: longer energy responses are truncated, shorter
