@@ -99,8 +99,10 @@ struct Propagation::State {
           inside(nudge_off_surfaces(rays, scene_positions(scene))),
           bins(response_length_s(receivers)),
           room(hash_of(scene.objects)),
-          specular(rays, image_source_order(), settings.listener_radius_m,
-                   derive_seed(settings.seed, SeedPurpose::specular)),
+          specular(
+              rays, image_source_order(), settings.listener_radius_m,
+              derive_seed(settings.seed, SeedPurpose::specular),
+              settings.order > 0 ? 0 : bins.length_s() * double{scene.medium.speed_of_sound_m_s()}),
           seed(settings.seed),
           source_count(scene.sources.size()),
           next_source_id(source_count + listeners) {
@@ -317,12 +319,13 @@ struct Propagation::State {
                 [](const SoundPath& a, const SoundPath& b) { return a.length_m < b.length_m; });
         };
         const std::size_t count = set.responses.size();
-        statistics.image_candidates += count * specular.candidate_count();
         if (count < static_cast<std::size_t>(workers.threads())) {
             for (std::size_t pair = 0; pair < count; ++pair) find(pair, &workers);
         } else {
             workers.run(count, [&](std::size_t pair) { find(pair, nullptr); });
         }
+        for (const SpecularSound& sound : set.images)
+            statistics.image_reflections += sound.reflections;
     }
 
     /// Replaces the paths of all responses: direct sound and image sources, with their diffraction.
@@ -440,7 +443,7 @@ std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
     PairSet set = s.resting_pairs(input);
     s.find_paths(input, s.frame - 1, set);
     s.at_rest_memories = std::move(set.memories);
-    of_step.image_candidates = s.statistics.image_candidates;
+    of_step.image_reflections = s.statistics.image_reflections;
     s.statistics = of_step;
     s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
     s.set_places(receivers, set.responses);

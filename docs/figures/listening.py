@@ -24,7 +24,7 @@ SOUND_M_S = 343.2
 SOUNDS = pathlib.Path(__file__).resolve().parents[2] / "scenes/sounds"
 FIGURES = pathlib.Path(__file__).resolve().parent
 # Distinguishable with a colour vision deficiency (Okabe and Ito).
-BEFORE, AFTER, THEORY = "#d55e00", "#0072b2", "#777777"
+BEFORE, AFTER, THEORY, OTHER = "#d55e00", "#0072b2", "#777777", "#009e73"
 
 
 class Studio:
@@ -365,17 +365,19 @@ def flutter(studio: Studio) -> None:
                                 [0, 2, 3, 1], [4, 5, 7, 6]], "material": "soft",
                       "surfaces": [{"material": "hard", "triangles": [[0, 3]]}]}],
         "materials": {"hard": {"absorption": .03, "scattering": .05},
-                      "soft": {"absorption": .6, "scattering": .05}},
+                      "soft": {"scattering": .05}},
         "sources": [{"name": "clap", "position": [18, 1.1, 1.5], "signal": "impulse"}],
         "listener": {"position": [20, 1.4, 1.5], "yaw_deg": 180},
         "simulation": {"waves": False, "ir_length_s": 1}}
     lag = round(5 / SOUND_M_S * RATE)
     figure, axis = chart()
     times_ms = [50, 100, 150, 200, 250]
-    for name, scattering, order, colour, label in [
-            ("images", 0, 3, THEORY, "walls that scatter nothing: all image sources"),
-            ("rays", .05, 3, BEFORE, "scattering 0.05"),
-            ("orders", .05, 60, AFTER, 'scattering 0.05, "specular_order": 60')]:
+    for name, scattering, order, soft, colour, label in [
+            ("images", 0, 3, .9, THEORY, "walls that scatter nothing: all image sources"),
+            ("rays", .05, 0, .9, BEFORE, 'scattering 0.05, "specular_order": 0'),
+            ("flutter", .05, 3, .9, AFTER, "scattering 0.05"),
+            ("third", .05, 3, .6, OTHER, "scattering 0.05, other walls absorb 0.6")]:
+        corridor["materials"]["soft"]["absorption"] = soft
         for material in corridor["materials"].values():
             material["scattering"] = scattering
         corridor["simulation"]["specular_order"] = order

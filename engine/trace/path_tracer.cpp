@@ -114,14 +114,16 @@ std::unique_ptr<TransmittedPaths> PathTracer::transmitted(const Emitter& emitter
 
 /// Composes the reflections of paths that image sources may count.
 void PathTracer::extend_images(PathBatch& paths, int order, const Emitter& emitter) const {
-    if (order >= images_.order() || !images_.leaves_to_rays(images_.order())) return;
+    if (order >= images_.highest_order() || !images_.shares_with_rays()) return;
     if (paths.behind_walls) return;
     for (std::size_t i = 0; i < paths.count; ++i) {
-        if (paths.diffuse[i] != 0) continue;
-        const MirrorPlane& mirror = images_.mirror_of_triangle(paths.hits.triangle[i]);
         ImageTransform& image = paths.image[i];
+        if (paths.diffuse[i] != 0 || !image.may_be_image) continue;
+        const MirrorPlane& mirror = images_.mirror_of_triangle(paths.hits.triangle[i]);
         image =
             emitter.is_listener ? image.then_from_listener(mirror) : image.then_from_source(mirror);
+        // A path that leaves a flutter echo does not return to it.
+        image.may_be_image = image.may_be_image && images_.may_list(image);
     }
 }
 
@@ -137,7 +139,7 @@ void PathTracer::count_segments(const PathBatch& paths, int order, TraceBatch& o
 void PathTracer::add_segment(const PathBatch& paths, std::size_t i, int order,
                              const Emitter& emitter, TraceBatch& out) const {
     const bool may_be_image = paths.diffuse[i] == 0 && !paths.behind_walls &&
-                              order <= images_.order() && paths.image[i].may_be_image;
+                              order <= images_.highest_order() && paths.image[i].may_be_image;
     out.segments.push_back({paths.rays.origin.at(i), paths.rays.direction.at(i),
                             std::min(paths.hits.distance_m[i], paths.rays.max_m[i]),
                             paths.length_m[i]});

@@ -90,17 +90,20 @@ struct SpecularPaths::Probe {
     Bands energy = Bands::filled(1);
 };
 
-SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed)
+SpecularPaths::SpecularPaths(const RayScene& scene, int order, float radius_m, std::uint64_t seed,
+                             double flutter_m)
     : scene_(scene),
       order_(static_cast<std::size_t>(order)),
       radius_m_(double{radius_m}),
       seed_(seed),
+      flutter_m_(flutter_m),
       planes_(scene) {
     assert(order >= 0);
     const Bounds bounds = scene.bounds();
     middle_ = scene.triangles().empty() ? Point(0) : 0.5 * (Point(bounds.min) + Point(bounds.max));
     add_mirrors();
     list_sequences();
+    list_flutter();
 }
 
 void SpecularPaths::restart(std::uint64_t seed) {
@@ -115,6 +118,7 @@ void SpecularPaths::scene_moved() {
     if (planes_.count() == before) return;
     add_mirrors();
     list_sequences();
+    list_flutter();
 }
 
 /// Extends mirrors_ to the number of planes. A plane that an object has left may have
@@ -138,6 +142,7 @@ void SpecularPaths::add_mirrors() {
 void SpecularPaths::materials_changed() {
     planes_.materials_changed();
     list_sequences();
+    list_flutter();
     discovered_.clear();
 }
 
@@ -176,6 +181,42 @@ void SpecularPaths::list_sequences() {
         begin = end;
         ++listed_order_;
     }
+}
+
+/// Lists the sequences that alternate between the planes of a pair.
+void SpecularPaths::list_flutter() {
+    flutter_.clear();
+    flutter_images_.clear();
+    flutter_order_ = 0;
+    if (flutter_m_ == 0 || order_ == 0) return;
+    for (const FlutterPair& pair : flutter_pairs(scene_, planes_, flutter_m_)) {
+        if (pair.order <= listed_order_) continue;
+        Alternating alternating;
+        for (std::size_t i = 0; i <= pair.order; ++i)
+            alternating.sequence.push_back(pair.planes[i % 2]);
+        for (auto& images : alternating.images) images.resize(pair.order);
+        for (std::size_t i = 0; i < 2; ++i) {
+            const Bounds& other = planes_[pair.planes[1 - i]].bounds;
+            const Point middle = 0.5 * (Point(other.min) + Point(other.max));
+            alternating.side[i] = planes_[pair.planes[i]].distance_m(middle) < 0 ? -1 : 1;
+        }
+        for (std::size_t first = 0; first < 2; ++first) {
+            ImageTransform transform;
+            for (std::size_t k = 0; k < pair.order; ++k) {
+                transform = transform.then_from_listener(mirrors_[pair.planes[(first + k) % 2]]);
+                alternating.images[(first + k) % 2][k] = transform.key();
+                if (k >= listed_order_) flutter_images_.push_back(transform.key());
+            }
+        }
+        flutter_.push_back(std::move(alternating));
+        flutter_order_ = std::max(flutter_order_, pair.order);
+    }
+    std::sort(flutter_images_.begin(), flutter_images_.end());
+}
+
+SpecularPaths::Planes SpecularPaths::Alternating::planes(std::size_t last,
+                                                         std::size_t of_order) const {
+    return Planes(sequence).subspan((last + of_order + 1) % 2, of_order);
 }
 
 void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame, WorkerPool* workers) {
@@ -293,6 +334,7 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
     for (const SpecularSound& images : found) {
         sound.paths.insert(sound.paths.end(), images.paths.begin(), images.paths.end());
         sound.tried.insert(sound.tried.end(), images.tried.begin(), images.tried.end());
+        sound.reflections += images.reflections;
     }
     std::sort(sound.tried.begin(), sound.tried.end());
     const auto rank = [](const SoundPath& p) { return std::tie(p.length_m, p.order, p.key); };
@@ -310,25 +352,44 @@ SpecularSound SpecularPaths::find_images(const Vec3& source, const Vec3& listene
     std::unordered_set<std::uint64_t> images;
     std::vector<Probe> probes;
     std::vector<Point> work;
-    const auto probe = [&](const Sequence& sequence, std::uint64_t image) {
+    const auto probe = [&](Planes sequence, std::uint64_t image) {
         if (!images.insert(image).second) return;
         probes.emplace_back(image, sequence.size(), Point(listener),
                             image_of(Point(source) + kNudge_m, sequence));
     };
+    const auto passes = [&](const Sequence& sequence, double reach_m) {
+        sound.reflections += sequence.size();
+        images_of(Point(source), sequence, work);
+        return is_near(sequence, work, Point(listener), reach_m);
+    };
     for (const auto& [sequence, image] : listed_) {
-        if (wanted(image) &&
-            is_near(sequence, Point(source), Point(listener), kBesidePlane_m, work)) {
-            probe(sequence, image);
-        }
+        if (wanted(image) && passes(sequence, kBesidePlane_m)) probe(sequence, image);
     }
-    for (const auto& [image, candidate] : discovered_) {
-        if (!wanted(image) ||
-            !is_near(candidate.sequence, Point(source), Point(listener), radius_m_, work)) {
-            continue;
-        }
-        candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
+    const auto try_image = [&](Planes sequence, std::uint64_t image) {
         sound.tried.push_back(image);
-        probe(candidate.sequence, image);
+        probe(sequence, image);
+    };
+    for (const auto& [image, candidate] : discovered_) {
+        if (!wanted(image) || !passes(candidate.sequence, radius_m_)) continue;
+        candidate.last_frame.store(frame_ + 1, std::memory_order_relaxed);
+        try_image(candidate.sequence, image);
+    }
+    for (const Alternating& alternating : flutter_) {
+        if (!is_between(alternating, Point(source)) || !is_between(alternating, Point(listener)))
+            continue;
+        for (std::size_t last = 0; last < 2; ++last) {
+            images_of(Point(source), alternating.planes(last, alternating.order()), work);
+            for (std::size_t order = listed_order_ + 1; order <= alternating.order(); ++order) {
+                const std::uint64_t image = alternating.images[last][order - 1];
+                const Planes sequence = alternating.planes(last, order);
+                if (!wanted(image) ||
+                    glm::distance(work[order - 1], Point(listener)) > flutter_m_ ||
+                    !is_near(sequence, std::span(work).first(order), Point(listener), radius_m_))
+                    continue;
+                sound.reflections += order;
+                try_image(sequence, image);
+            }
+        }
     }
     follow(probes, source, listener);
 
@@ -355,12 +416,20 @@ std::uint64_t SpecularPaths::key_of(const Sequence& sequence) const {
 }
 
 /// The source mirrored from the last plane to the first.
-Point SpecularPaths::image_of(const Point& source, const Sequence& sequence) const {
+Point SpecularPaths::image_of(const Point& source, Planes sequence) const {
     Point image = source;
-    for (auto plane = sequence.rbegin(); plane != sequence.rend(); ++plane) {
+    for (auto plane = sequence.rbegin(); plane != sequence.rend(); ++plane)
         image = planes_[*plane].mirror(image);
-    }
     return image;
+}
+
+/// The source mirrored in the last plane, in the last two, and so on.
+void SpecularPaths::images_of(const Point& source, Planes sequence,
+                              std::vector<Point>& images) const {
+    images.clear();
+    Point image = source;
+    for (auto plane = sequence.rbegin(); plane != sequence.rend(); ++plane)
+        images.push_back(image = planes_[*plane].mirror(image));
 }
 
 /// The direction in which a path that leaves the listener reaches the source: mirrored from the
@@ -374,31 +443,38 @@ Point SpecularPaths::towards_source(const Point& from_listener, const Sequence& 
     return direction;
 }
 
+/// Whether a point is between two planes, or outside by no more than the listener's sphere. What
+/// flutters between them and is heard beyond them is left to rays.
+bool SpecularPaths::is_between(const Alternating& alternating, const Point& point) const {
+    for (std::size_t i = 0; i < 2; ++i) {
+        const ScenePlanes::Plane& plane = planes_[alternating.sequence[i]];
+        if (alternating.side[i] * plane.distance_m(point) < -radius_m_) return false;
+    }
+    return true;
+}
+
 /// Whether the path along a sequence may be valid at a point within `reach_m` of the listener: its
 /// reflection points are outside the bounds of their planes by no more than the projection of a
-/// sphere of that radius. No ray is traced. The images of the source give the reflection points in
-/// order from the listener: the segment to each points at the image through the remaining planes.
-bool SpecularPaths::is_near(const Sequence& sequence, const Point& source, const Point& listener,
-                            double reach_m, std::vector<Point>& images) const {
-    Point image = source;
-    images.resize(sequence.size());
-    for (std::size_t k = sequence.size(); k-- > 0;) {
-        images[k] = image = planes_[sequence[k]].mirror(image);
-    }
+/// sphere of that radius. No ray is traced. The images of the source, those of images_of(), give
+/// the reflection points in order from the listener: the segment to each points at the image
+/// through the remaining planes.
+bool SpecularPaths::is_near(Planes sequence, std::span<const Point> images, const Point& listener,
+                            double reach_m) const {
     Point from = listener;
     for (std::size_t k = 0; k < sequence.size(); ++k) {
         const ScenePlanes::Plane& plane = planes_[sequence[k]];
-        const double side = plane.distance_m(images[k]) < 0 ? 1 : -1;
+        const Point& image = images[sequence.size() - 1 - k];
+        const double side = plane.distance_m(image) < 0 ? 1 : -1;
         const double here_m = side * plane.distance_m(from);
-        const double behind_m = -side * plane.distance_m(images[k]);
+        const double behind_m = -side * plane.distance_m(image);
         if (here_m < -reach_m || !(here_m + behind_m > 0)) return false;
-        const Point at = from + (images[k] - from) * (here_m / (here_m + behind_m));
+        const Point at = from + (image - from) * (here_m / (here_m + behind_m));
         const double outside_m =
             std::max(largest(Point(plane.bounds.min) - at), largest(at - Point(plane.bounds.max)));
         if (outside_m > kBesidePlane_m) {
             // A sphere that shifts a reflection point by R across the path shifts it by R / cos in
             // the plane.
-            const double cosine = (here_m + behind_m) / glm::distance(from, images[k]);
+            const double cosine = (here_m + behind_m) / glm::distance(from, image);
             if (outside_m * cosine > reach_m) return false;
         }
         from = at;

@@ -128,6 +128,62 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("flutter between two hard walls and rays share its energy") {
+    // Walls of absorption 0.05 at y = 0 and 4 m, others of 0.9: above order 3, three quarters of
+    // the energy are flutter. Once turned.
+    const Vec3 x = glm::normalize(Vec3(0.6F, 0.8F, 0));
+    const Vec3 y(-x.y, x.x, 0);
+    const auto turned = [&](const Vec3& p) { return p.x * x + p.y * y + Vec3(0, 0, p.z); };
+    const double c = 343.2;
+    const double exact = [&] {
+        double sum = 0;
+        const auto along = [](int axis, int n) {
+            const double length{kSize[axis]};
+            const double at{kSource[axis]};
+            return (n % 2 == 0 ? n * length + at : (n + 1) * length - at) - double{kListener[axis]};
+        };
+        for (int i = -12; i <= 12; ++i)
+            for (int j = -20; j <= 20; ++j)
+                for (int k = -20; k <= 20; ++k) {
+                    const double d = std::hypot(along(0, i), along(1, j), along(2, k));
+                    if (d < 0.05 * c || d >= 0.15 * c) continue;
+                    sum += std::pow(0.1, std::abs(i) + std::abs(k)) * std::pow(0.95, std::abs(j)) /
+                           (4 * std::numbers::pi * d * d);
+                }
+        return sum;
+    }();
+    for (const bool is_turned : {false, true}) {
+        Object room = test::box(kSize);
+        Scene scene = test::grey_room(room, 0.9F, 0, kSource, kListener);
+        scene.materials.push_back(scene.materials[0]);
+        scene.materials[1].absorption = Bands::filled(0.05F);
+        for (std::size_t t = 0; t < room.triangles.size(); ++t) {
+            const auto& corners = room.triangles[t];
+            const float at = room.vertices[corners[0]].y;
+            if (room.vertices[corners[1]].y == at && room.vertices[corners[2]].y == at)
+                scene.objects[0].triangle_materials[t] = 1;
+        }
+        if (is_turned) {
+            for (Vec3& vertex : scene.objects[0].vertices) vertex = turned(vertex);
+            scene.sources[0].position = turned(kSource);
+            scene.listener.pose.position = turned(kListener);
+        }
+        scene.simulation.direct = true;
+        scene.simulation.rays = 4000;
+        scene.simulation.specular_order = 3;
+        for (const Estimator estimator : {Estimator::pt, Estimator::dpc, Estimator::patch}) {
+            Propagation propagation(scene, test::with(scene, estimator, 0.16F, 0.2F));
+            const test::Estimate e = test::estimate(
+                test::restarts(propagation, scene, 6, 20,
+                               [](const EnergyResponse& r) { return all_between(r, 0.05, 0.15); }));
+            CAPTURE(is_turned, estimator_name(estimator), e.mean / exact, e.standard_error / exact);
+            // 2.5 % (0.1 dB). What counts twice would add 70 %.
+            CHECK(std::abs(e.mean - exact) < test::kFamilyZ * e.standard_error + 0.025 * exact);
+            CHECK(e.standard_error < 0.02 * exact);
+        }
+    }
+}
+
 TEST_CASE("image sources of high orders and rays share the energy of rooms of other shapes") {
     // A prism over the corners of a floor, from z = 0 to 3 m.
     const auto prism = [](const std::vector<glm::vec2>& corners) {

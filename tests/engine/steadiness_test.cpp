@@ -157,7 +157,8 @@ TEST_CASE("image sources observe the limit of the reflection order") {
         for (const SoundPath& path : propagation.response(0).paths) {
             highest = std::max(highest, path.order);
         }
-        CHECK(highest == (order == 0 ? 3 : order));
+        // Without a limit flutter has images to order 31, where it has lost 59.9 dB.
+        CHECK(highest == (order == 0 ? 31 : order));
     }
 }
 

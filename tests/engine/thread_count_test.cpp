@@ -57,8 +57,9 @@ TEST_CASE("the same seed gives identical responses with one thread and with thre
                 input.listeners[1].y -= 0.05F * static_cast<float>(f);
                 propagation.step(input);
             }
-            // Six images of the first order and thirty of the second, of six pairs.
-            CHECK(propagation.statistics().image_candidates == 6 * 36);
+            // Six images of the first order and thirty of the second, of six pairs; two of each
+            // higher order of flutter, up to the twelfth, between three pairs of walls.
+            CHECK(propagation.statistics().image_reflections == 6 * (6 + 30 * 2 + 3 * 2 * 75));
             for (std::size_t s = 0; s < 2; ++s) {
                 for (std::size_t l = 0; l < 3; ++l) {
                     responses.push_back(propagation.response(s, l));

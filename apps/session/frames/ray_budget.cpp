@@ -18,10 +18,10 @@ constexpr int kFewest = 100;
 constexpr int kFewestOfSource = 25;
 
 // Times of one core of a 2.3 GHz Xeon (`aula-bench budget`). A segment takes from 80 ns in a box to
-// 250 ns in a mesh of 139,000 triangles, an image source of the third order from 55 ns to 800 ns.
+// 250 ns in a mesh of 139,000 triangles, a reflection of an image source from 20 ns to 270 ns.
 constexpr double kSegment_s = 170e-9;    ///< to trace a segment and to store what it deposits
 constexpr double kBin_s = 6e-9;          ///< to add a time bin of a patch in the final gather
-constexpr double kCandidate_s = 400e-9;  ///< to examine an image source and to trace its path
+constexpr double kReflection_s = 130e-9;  ///< to examine one of an image source and to trace it
 
 /// Of two processors in normal quality, half of one renders the sound of the frames.
 constexpr double kProcessors = 1.5;
@@ -44,7 +44,7 @@ double share_of(Quality quality) {
 double counted_s(const FrameStatistics& statistics) {
     return kSegment_s * static_cast<double>(statistics.segments) +
            kBin_s * static_cast<double>(statistics.summed_bins) +
-           kCandidate_s * static_cast<double>(statistics.image_candidates);
+           kReflection_s * static_cast<double>(statistics.image_reflections);
 }
 
 double allowed_s(Quality quality, double frame_period_s) {

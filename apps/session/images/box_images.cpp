@@ -125,8 +125,7 @@ std::optional<BoxWalls> walls_of(const Scene& scene) {
 }
 
 bool asks_for_all_paths(const Simulation& s) {
-    return s.estimator == Estimator::patch && s.order == 0 && s.specular && s.direct &&
-           s.waves_hz == 0;
+    return s.estimator == Estimator::patch && s.order == 0 && s.specular && s.direct;
 }
 
 /// Different for all images, and SoundPath::kMain for the direct sound.
@@ -174,9 +173,10 @@ std::optional<BoxImages> BoxImages::find(const Scene& scene, std::span<const Pos
     images.length_s_ = TimeBins(length_s).length_s();
     const Vec3 size = images.high_ - images.low_;
     const double reach_m = images.length_s_ * double{images.speed_m_s_};
-    if (4.0 / 3 * std::numbers::pi * std::pow(reach_m, 3) >
-        kMostImages * double{size.x} * double{size.y} * double{size.z})
-        return std::nullopt;
+    const double of_pair = 4.0 / 3 * std::numbers::pi * std::pow(reach_m, 3) /
+                           (double{size.x} * double{size.y} * double{size.z});
+    const auto pairs = static_cast<double>(receivers.size() * scene.sources.size());
+    if (of_pair > kMostImages && of_pair * pairs > kMostOfAllPairs) return std::nullopt;
     return images;
 }
 

@@ -17,12 +17,14 @@ namespace aula {
 class BoxImages {
  public:
     /// Empty if the scene is anything else than such a box, if its settings ask for other paths
-    /// than all, if a source or receiver is not in it, or if there are more than kMostImages.
+    /// than all, if a source or receiver is not in it, or if there are too many images.
     static std::optional<BoxImages> find(const Scene& scene, std::span<const Pose> receivers,
                                          double length_s);
 
-    /// Of a pair. Beyond these a response takes longer than by rays.
+    /// Of a pair, and of all pairs if they are more. Beyond these a response of many, and a single
+    /// one, take longer than by rays.
     static constexpr double kMostImages = 4e6;
+    static constexpr double kMostOfAllPairs = 4e7;
 
     /// Images up to Simulation::specular_order are paths, all others are in the bins.
     EnergyResponse response(std::size_t source, std::size_t receiver) const;

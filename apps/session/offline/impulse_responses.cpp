@@ -179,9 +179,11 @@ std::vector<std::vector<float>> ImpulseResponses::response(std::size_t source,
                                                            std::size_t receiver) const {
     const Measurement& m = state_->measurement;
     const std::size_t pair = m.pair(source, receiver);
+    std::optional<PairWaves> modes;
+    if (m.waves) modes = m.waves->pairs[pair];
     if (m.images) {
         // Binaural output has paths, of which each has its own direction in the head's filters.
-        const EnergyResponse& energy = m.responses[pair];
+        const EnergyResponse& energy = modes ? m.waves->rays[pair] : m.responses[pair];
         const bool has_paths = state_->config.output == OutputFormat::binaural;
         const double rate_hz = state_->config.sample_rate_hz;
         ImpulseResponse response{
@@ -190,12 +192,18 @@ std::vector<std::vector<float>> ImpulseResponses::response(std::size_t source,
                                static_cast<std::size_t>(std::ceil(m.length_s * rate_hz - 1e-6)),
                                field_order(state_->config), !has_paths),
             has_paths ? energy.paths : std::vector<SoundPath>{}};
+        if (modes)
+            WaveSynthesis(rate_hz, response.channels[0].size())
+                .replace_below(
+                    *modes,
+                    [&](const SoundPath& path) {
+                        return double{path.length_m} / double{energy.speed_of_sound_m_s};
+                    },
+                    response);
         return state_->rendered(
             source_sound(response, double{energy.speed_of_sound_m_s}, m.sources[source].gain_db),
             receiver);
     }
-    std::optional<PairWaves> modes;
-    if (m.waves) modes = m.waves->pairs[pair];
     EnergyResponse rays = modes ? m.waves->rays[pair] : m.responses[pair];
     // The carriers of an array are those of a place.
     if (state_->is_array) rays.listener = Vec3(0);

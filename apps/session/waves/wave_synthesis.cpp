@@ -90,16 +90,18 @@ class WaveSynthesis::Field {
 
     double crossover_hz() const { return crossover_hz_; }
 
-    /// Adds the field of a pair to the channels up to the first order of a response of rays that
-    /// ends at the crossover.
+    /// Adds the field of a pair to the channels up to the first order of a response. Its paths are
+    /// taken out below the crossover; the channels are those of rays and end there, or are taken
+    /// out as well.
     void add(const PairWaves& waves, const std::function<double(const SoundPath&)>& delay_s,
-             ImpulseResponse& response);
+             bool without_channels, ImpulseResponse& response);
 
  private:
     /// [real and imaginary part of W, X, Y and Z][frequency]
     using Sums = std::array<std::vector<float>, 8>;
 
     void add_path(const SoundPath& path, double delay_s, Sums& sums) const;
+    void add_channel(const std::vector<float>& channel, std::size_t component, Sums& sums) const;
     /// The sample of the transform that is a sample of the interpolator's input.
     std::size_t index_of(std::size_t decimated) const {
         return (decimated + fft_.size() - CarrierInterpolator::kBefore) % fft_.size();
@@ -177,9 +179,26 @@ void WaveSynthesis::Field::add_path(const SoundPath& path, double delay_s, Sums&
     }
 }
 
+/// Adds the spectrum of a channel of the response, W, X, Y or Z.
+void WaveSynthesis::Field::add_channel(const std::vector<float>& channel, std::size_t component,
+                                       Sums& sums) const {
+    RealFft fft(transform_.size * decimation_);
+    std::vector<float> signal(fft.size());
+    const double per_sample =
+        transform_.decay_per_s / (transform_.rate_hz * static_cast<double>(decimation_));
+    for (std::size_t n = 0; n < channel.size(); ++n)
+        signal[n] = channel[n] * static_cast<float>(std::exp(-per_sample * static_cast<double>(n)));
+    std::vector<std::complex<float>> spectrum(fft.bins());
+    fft.forward(signal.data(), spectrum.data());
+    for (std::size_t k = 0; k < frequencies_; ++k) {
+        sums[2 * component][k] += spectrum[k].real();
+        sums[2 * component + 1][k] += spectrum[k].imag();
+    }
+}
+
 void WaveSynthesis::Field::add(const PairWaves& waves,
                                const std::function<double(const SoundPath&)>& delay_s,
-                               ImpulseResponse& response) {
+                               bool without_channels, ImpulseResponse& response) {
     for (Sums* const sums : {&seen_, &played_})
         for (std::vector<float>& sum : *sums) std::fill(sum.begin(), sum.end(), 0.0F);
     if (waves.direct()) add_path(*waves.direct(), delay_s(*waves.direct()), seen_);
@@ -189,6 +208,9 @@ void WaveSynthesis::Field::add(const PairWaves& waves,
     }
     const WaveSpectra field = waves.field(transform_, frequencies_);
     constexpr std::array<std::size_t, 4> kChannel{0, 3, 1, 2};  // of W, x, y and z (ACN)
+    for (std::size_t c = 0; without_channels && c < 4; ++c)
+        if (kChannel[c] < response.channels.size())
+            add_channel(response.channels[kChannel[c]], c, played_);
     for (std::size_t c = 0; c < 4; ++c) {
         if (kChannel[c] >= response.channels.size()) continue;
         const auto part = [&](const Sums& sums, std::size_t k) {
@@ -223,13 +245,23 @@ void WaveSynthesis::build(ImpulseResponseBuilder& builder, const EnergyResponse&
                           const std::function<double(const SoundPath&)>& delay_s,
                           ImpulseResponse& out, TailScale* scale, std::size_t samples) {
     builder.build(rays, out, modes ? modes->masks().crossover_hz : 0, scale, samples);
-    if (!modes) return;
+    if (modes) field_below(*modes, out).add(*modes, delay_s, false, out);
+}
+
+void WaveSynthesis::replace_below(const PairWaves& modes,
+                                  const std::function<double(const SoundPath&)>& delay_s,
+                                  ImpulseResponse& response) {
+    field_below(modes, response).add(modes, delay_s, true, response);
+}
+
+/// The field below the crossover, which the paths of a response are prepared for.
+WaveSynthesis::Field& WaveSynthesis::field_below(const PairWaves& modes, ImpulseResponse& out) {
     for (SoundPath& path : out.paths)
         if (path.kind != SoundPath::Kind::through_walls)
-            flatten_below(modes->masks().crossover_hz, path.energy);
-    if (!field_ || field_->crossover_hz() != modes->masks().crossover_hz)
-        field_ = std::make_unique<Field>(modes->masks(), sample_rate_hz_, length_samples_);
-    field_->add(*modes, delay_s, out);
+            flatten_below(modes.masks().crossover_hz, path.energy);
+    if (!field_ || field_->crossover_hz() != modes.masks().crossover_hz)
+        field_ = std::make_unique<Field>(modes.masks(), sample_rate_hz_, length_samples_);
+    return *field_;
 }
 
 }  // namespace aula

@@ -32,8 +32,16 @@ class WaveSynthesis {
                const std::function<double(const SoundPath&)>& delay_s, ImpulseResponse& out,
                TailScale* scale = nullptr, std::size_t samples = ImpulseResponseBuilder::kWhole);
 
+    /// Replaces all of a response below the crossover, channels and paths, by the field of the
+    /// modes.
+    void replace_below(const PairWaves& modes,
+                       const std::function<double(const SoundPath&)>& delay_s,
+                       ImpulseResponse& response);
+
  private:
     class Field;
+
+    Field& field_below(const PairWaves& modes, ImpulseResponse& out);
 
     double sample_rate_hz_;
     std::size_t length_samples_;

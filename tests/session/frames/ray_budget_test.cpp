@@ -61,7 +61,7 @@ TEST_CASE("Counted time does not depend on clocks, and limits the rays of a fram
     CHECK(counted_s(counted(500)) == counted_s(untimed));
     CHECK(counted_s(counted(1000)) > counted_s(counted(500)));
     FrameStatistics mirrored = counted(500);
-    mirrored.image_candidates = 10'000;
+    mirrored.image_reflections = 10'000;
     CHECK(counted_s(mirrored) > counted_s(counted(500)));
 
     const double wanted_s = counted_s(counted(400));

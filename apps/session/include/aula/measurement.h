@@ -173,8 +173,8 @@ struct Measurement {
 /// mean of the responses after each of them for `pt` and `dpc-published`. For `dpc` it is the
 /// former if the frames are at most 1.5 windows of its cache, else the latter.
 ///
-/// Without modes, an empty box whose walls scatter nothing is measured by all its image sources,
-/// without rays: responses and parameters are exact, standard errors 0.
+/// An empty box whose walls scatter nothing is measured by all its image sources, without rays:
+/// standard errors are 0; without modes, responses and parameters are exact.
 ///
 /// A source is audible at a receiver if sound can reach it (random walks from both meet) and
 /// is_audible() is true for its response. Returns empty if `progress` requested a stop. Throws

@@ -34,7 +34,7 @@ struct FrameStatistics {
     double diffraction_s = 0;            ///< wall-clock time for direct sound with its diffraction
     std::uint64_t segments = 0;          ///< traced ray segments, of emitted and gather rays
     std::uint64_t summed_bins = 0;       ///< time bins of patches that the final gather has added
-    std::uint64_t image_candidates = 0;  ///< image sources that may be audible, of all pairs
+    std::uint64_t image_reflections = 0;  ///< of image sources that may be audible, of all pairs
     std::size_t cache_entries = 0;       ///< entries of diffuse path caches, or occupied patches
     std::size_t memory_bytes = 0;        ///< memory of the caches
     std::size_t edges = 0;               ///< edges of the scene that diffract sound
