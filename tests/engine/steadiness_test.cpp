@@ -149,7 +149,7 @@ TEST_CASE("image sources observe the limit of the reflection order") {
     scene.simulation.direct = true;
     scene.simulation.specular_order = 3;
     for (const int order : {1, 2, 3, 0}) {
-        Simulation simulation = test::with(scene, Estimator::patch, 0.2F);
+        Simulation simulation = test::with(scene, Estimator::patch, 0.4F);
         simulation.order = order;
         Propagation propagation(scene, simulation);
         propagation.step(test::static_input(scene));
