@@ -9,6 +9,7 @@
 #include "audio/dsp/band_filter.h"
 #include "audio/dsp/fractional_delay.h"
 #include "audio/dsp/kernels.h"
+#include "audio/render/early_filters.h"
 #include "audio/render/render_frame.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/ambisonics.h"
@@ -31,9 +32,10 @@ struct RenderFrameBuilder::State {
           hrtf(std::move(head)),
           shape(config, hrtf.get()),
           transform(shape.reverberation),
+          early_filters(config.sample_rate_hz, shape.early_taps, config.air, kMargin,
+                        config.sources),
           early_bands(config.sample_rate_hz, shape.early_taps, config.air),
           path_bands(config.sample_rate_hz, shape.path_taps, config.air),
-          early_filter(kInterpolationTaps - 1 + shape.early_taps + kInterpolationTaps - 1),
           delayed(shape.early_taps + kInterpolationTaps - 1),
           moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
           absent(config.sources, 1),
@@ -45,11 +47,12 @@ struct RenderFrameBuilder::State {
     std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
     RenderShape shape;
     FilterTransform transform;
+    EarlyFilters early_filters;
     BandFilterDesigner early_bands;
     BandFilterDesigner path_bands;
     FractionalDelay interpolator;
 
-    AlignedVector<float> early_filter;  ///< band filter, zero-padded at both ends
+    static constexpr std::size_t kMargin = kInterpolationTaps - 1;  // of filters of early paths
     AlignedVector<float> delayed;
     std::vector<std::vector<std::uint64_t>> moving;  ///< [source][slot] moving early paths, 0: none
     std::vector<char> absent;                        ///< [source] in the frame before
@@ -58,7 +61,7 @@ struct RenderFrameBuilder::State {
     void expect_exchange_at_any_time();
     void choose_moving(std::size_t source, std::span<const DiscretePath> early, std::size_t max);
     void omit(std::size_t source, RenderFrame& frame, std::size_t step);
-    void add_early(const DiscretePath& path, float gain, Responses& responses);
+    void add_early(std::size_t source, const DiscretePath& path, float gain, Responses& responses);
     void prepare_path(const DiscretePath& path, float gain, PathSound& sound);
 };
 
@@ -153,7 +156,10 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
     for (PathSound& path : paths) path.present = false;
     const bool is_last = step + 1 == s.shape.steps;
     if (source.direct && is_last) s.prepare_path(*source.direct, source.gain, paths[0]);
-    if (step == 0) s.choose_moving(index, source.early, moving_early_paths(present));
+    if (step == 0) {
+        s.early_filters.next_frame(index);
+        s.choose_moving(index, source.early, moving_early_paths(present));
+    }
     for (const DiscretePath& path : source.early) {
         const auto slot = std::find(s.moving[index].begin(), s.moving[index].end(), path.id);
         if (path.id != 0 && slot != s.moving[index].end()) {
@@ -161,7 +167,7 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
             s.prepare_path(path, source.gain,
                            paths[1 + static_cast<std::size_t>(slot - s.moving[index].begin())]);
         } else {
-            s.add_early(path, source.gain, responses);
+            s.add_early(index, path, source.gain, responses);
         }
     }
     const std::vector<std::span<const float>> views(responses.begin(), responses.end());
@@ -212,19 +218,21 @@ void RenderFrameBuilder::State::choose_moving(std::size_t source,
     }
 }
 
-void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain,
+void RenderFrameBuilder::State::add_early(std::size_t source, const DiscretePath& path, float gain,
                                           Responses& responses) {
     const double delay = std::max(
         0.0, path.delay_s * config.sample_rate_hz - static_cast<double>(shape.lead_samples));
     const double whole = std::floor(delay);
     if (whole >= static_cast<double>(config.response_samples)) return;
 
-    constexpr std::size_t kMargin = kInterpolationTaps - 1;
-    early_bands.design(path.band_gain, double{path.length_m},
-                       std::span(early_filter).subspan(kMargin, shape.early_taps));
+    const float greatest = *std::max_element(path.band_gain.begin(), path.band_gain.end());
+    if (greatest <= 0) return;
+    const std::span<const float> shaped =
+        early_filters.filter(source, path.band_gain, double{path.length_m});
     const std::array<float, kInterpolationTaps> impulse = interpolator.impulse(delay - whole);
-    filter(early_filter.data() + kMargin, impulse.data(), impulse.size(), delayed.data(),
-           delayed.size());
+    const std::size_t delayed_samples = shaped.size() - kMargin;
+    filter(shaped.data() + kMargin, impulse.data(), impulse.size(), delayed.data(),
+           delayed_samples);
 
     // The interpolator's impulse is delayed by kBefore samples. Samples before the emission are
     // dropped.
@@ -232,10 +240,10 @@ void RenderFrameBuilder::State::add_early(const DiscretePath& path, float gain,
         static_cast<std::ptrdiff_t>(whole) - static_cast<std::ptrdiff_t>(FractionalDelay::kBefore);
     const std::size_t skipped = start < 0 ? static_cast<std::size_t>(-start) : 0;
     const std::size_t first = start < 0 ? 0 : static_cast<std::size_t>(start);
-    const std::size_t count = std::min(delayed.size() - skipped, shape.reverberation.taps - first);
+    const std::size_t count = std::min(delayed_samples - skipped, shape.reverberation.taps - first);
     const auto encoding = encode_direction(path.direction);
     for (std::size_t c = 0; c < responses.size(); ++c) {
-        const float weight = gain * encoding[c];
+        const float weight = gain * greatest * encoding[c];
         for (std::size_t n = 0; n < count; ++n) {
             responses[c][first + n] += weight * delayed[skipped + n];
         }
