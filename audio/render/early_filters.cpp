@@ -8,14 +8,14 @@ namespace aula {
 
 namespace {
 
-/// Half of it, the largest error, is 0.3 % of the pressure: -51 dB of an early path.
+/// Half of it, the largest error, is 0.3 % of the pressure: -51 dB of a path.
 constexpr float kGainStep_db = 0.05F;
 
 /// Half of it changes the loss by air at 20 kHz, 0.5 dB/m, by 0.06 dB, within an octave by less.
 constexpr double kLengthStep_m = 0.25;
 
 /// Of the energy of a filter, which its last samples may have.
-constexpr double kTail = 1e-9;
+constexpr double kTail = 1e-8;
 
 /// Gains below it are raised by the design.
 constexpr float kLowest_db = -100;
@@ -39,7 +39,7 @@ std::span<const float> EarlyFilters::filter(std::size_t source, const std::array
         key[b] =
             static_cast<std::int16_t>(std::lround(std::max(level_db, kLowest_db) / kGainStep_db));
     }
-    // Lengths of more than 8 km have no air to lose to.
+    // The design bounds the loss by air, which reaches the bound long before 8 km.
     key.back() = static_cast<std::int16_t>(std::lround(std::min(length_m, 8e3) / kLengthStep_m));
     Filters& used = used_[source];
     if (const auto found = used.find(key); found != used.end()) return found->second;

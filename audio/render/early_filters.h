@@ -11,9 +11,10 @@
 
 namespace aula {
 
-/// Filters of the early paths of the reverberation, which are many: a design takes fifty times as
-/// long as the rest of a path. Gains re the greatest and lengths are rounded, so that a path keeps
-/// its filter while the listener walks a decimetre. What is kept does not change a filter.
+/// Filters of the early paths of the reverberation, which are many: designs would take most of the
+/// time of a frame. Gains re the greatest and lengths are rounded, which changes a filter by less
+/// than -45 dB, so that a path keeps it while the listener walks a decimetre. A filter does not
+/// depend on those that are kept.
 /// [propagation thread]
 class EarlyFilters {
  public:
@@ -22,7 +23,7 @@ class EarlyFilters {
                  std::size_t margin, std::size_t sources);
 
     /// The filter of gains as BandFilterDesigner::design has them, not all 0, re the greatest, up
-    /// to the sample from which on it has less than -90 dB of its energy. Valid until the next
+    /// to the sample from which on it has less than -80 dB of its energy. Valid until the next
     /// frame.
     std::span<const float> filter(std::size_t source, const std::array<float, 8>& gains,
                                   double length_m);

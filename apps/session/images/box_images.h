@@ -21,10 +21,10 @@ class BoxImages {
     static std::optional<BoxImages> find(const Scene& scene, std::span<const Pose> receivers,
                                          double length_s);
 
-    /// Of a pair, and of all pairs if they are more. Beyond these a response of many, and a single
-    /// one, take longer than by rays.
+    /// Of a pair, and of all pairs if a pair has more. Beyond these a response of many takes longer
+    /// than by rays, and a single one longer than 4 s of a core.
     static constexpr double kMostImages = 4e6;
-    static constexpr double kMostOfAllPairs = 4e7;
+    static constexpr double kMostOfAllPairs = 1.6e7;
 
     /// Images up to Simulation::specular_order are paths, all others are in the bins.
     EnergyResponse response(std::size_t source, std::size_t receiver) const;

@@ -60,7 +60,9 @@ struct Simulation {
     std::optional<int> rays;
     Quality quality = Quality::normal;  ///< budget of rendering and of measurements
     int order = 0;                      ///< highest reflection order, up to kMaxOrder; 0: no limit
-    int specular_order = 3;     ///< highest order of the image sources, 0 to kHighestSpecularOrder
+    /// Highest order of the image sources, 0 to kHighestSpecularOrder. Flutter between two walls
+    /// has higher ones, without a limit of `order`, if this is not 0.
+    int specular_order = 3;
     bool specular = true;       ///< false omits purely specular paths
     bool direct = true;         ///< false omits the direct sound and its diffraction
     int diffraction_order = 2;  ///< highest number of edges that the direct sound bends around,
