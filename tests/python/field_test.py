@@ -87,7 +87,12 @@ class Images(unittest.TestCase):
         room.configure(waves_hz=0)
         places = np.random.default_rng(1).uniform(0.2, 0.8, (16, 3)) * SIZE
         setting = {"sources": SOURCE, "microphones": places, "length_s": 0.8, "frames": 1}
-        values = aula.analyse(aula.rir(room, fs=fs, **setting)[0, :, 0], fs)["EDT"].mean(0)
+        # The bass sounds longer than the responses: the click at their end may hide a high octave.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            values = aula.analyse(aula.rir(room, fs=fs, **setting)[0, :, 0], fs)["EDT"]
+        self.assertGreater(np.isfinite(values).mean(), 0.9)
+        values = np.nanmean(values, 0)
         expected = np.nanmean(aula.parameters(room, **setting)["EDT"][0], 0)
         # Interference: a decay of 10 dB in 0.15 s in an octave of 700 Hz has a fifth at one place.
         np.testing.assert_allclose(values[4:7], expected[4:7], rtol=0.15)
