@@ -70,14 +70,18 @@ function(aula_embedded_program library name source embedding)
     add_executable(aula_${name}
         "${source}"
         "${PROJECT_SOURCE_DIR}/engine/process/contained_program_${AULA_SYSTEM}.cpp")
-    set_target_properties(aula_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY
-                                                  "${CMAKE_CURRENT_BINARY_DIR}")
+    set(folder "${CMAKE_CURRENT_BINARY_DIR}")
+    if(WIN32)
+        set(folder "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+        install(TARGETS aula_${name} COMPONENT c)
+    endif()
+    set_target_properties(aula_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${folder}")
     target_include_directories(aula_${name} PRIVATE "${PROJECT_SOURCE_DIR}"
                                                     "${PROJECT_SOURCE_DIR}/engine")
     target_compile_options(aula_${name} PRIVATE -fno-sanitize=all)
     target_link_options(aula_${name} PRIVATE -fno-sanitize=all)
     target_link_libraries(aula_${name} PRIVATE ${ARGN} aula_warnings)
-    set(program "${CMAKE_CURRENT_BINARY_DIR}/aula_${name}${CMAKE_EXECUTABLE_SUFFIX}")
+    set(program "${folder}/aula_${name}${CMAKE_EXECUTABLE_SUFFIX}")
     set_source_files_properties("${embedding}" PROPERTIES
         OBJECT_DEPENDS "${program}" COMPILE_DEFINITIONS "AULA_PROGRAM=\"${program}\"")
     add_dependencies(${library} aula_${name})  # make has no rule for a program of another target

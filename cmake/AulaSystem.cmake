@@ -1,6 +1,11 @@
 # What depends on the operating system. AULA_SYSTEM is in the names of sources that call it.
 if(WIN32)
     set(AULA_SYSTEM windows)
+    # Windows searches libraries, and libraries search the programs that read files, beside them.
+    set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+    file(GLOB libraries CONFIGURE_DEPENDS "${AULA_WINDOWS_LIBRARIES}/bin/*.dll")
+    file(COPY ${libraries} DESTINATION "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+    install(FILES ${libraries} TYPE BIN COMPONENT c)
     # Devices, what plays on them, and HDF5 are not part of the library for Windows.
     set(AULA_DEVICES OFF)
     set(AULA_HDF5 OFF)

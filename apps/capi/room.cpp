@@ -7,6 +7,7 @@
 #include "apps/capi/handles.h"
 #include "apps/capi/result.h"
 #include "aula/engine/directivity.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -88,8 +89,8 @@ AuralizerOptions options_of(const aula_options& given, const Scene& scene) {
     options.block = value_or(given.block, options.block);
     options.output = output_of(given.output);
     options.ambisonic_order = value_or(given.ambisonic_order, options.ambisonic_order);
-    if (given.hrtf != nullptr) options.hrtf = given.hrtf;
-    if (given.headphones != nullptr) options.headphones = given.headphones;
+    if (given.hrtf != nullptr) options.hrtf = utf8_path(given.hrtf);
+    if (given.headphones != nullptr) options.headphones = utf8_path(given.headphones);
     options.half_precision_tail = given.half_precision_tail != 0;
     options.listeners = count_or(given.listeners, options.listeners, kMaxListeners, "listeners");
     options.max_sources =

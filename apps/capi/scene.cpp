@@ -7,6 +7,7 @@
 #include "apps/capi/result.h"
 #include "apps/session/auralizer/command_checks.h"
 #include "aula/engine/scene_file.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -101,7 +102,7 @@ static_assert(AULA_BANDS == aula::kBandCount);
 int aula_scene_load(const char* file, aula_scene** scene) {
     return aula::result_of([&] {
         aula::not_null(scene, "scene") = nullptr;
-        auto loaded = aula::load_scene(&aula::not_null(file, "file"));
+        auto loaded = aula::load_scene(aula::utf8_path(&aula::not_null(file, "file")));
         *scene = new aula_scene{std::move(loaded.scene)};
     });
 }

@@ -29,6 +29,25 @@ namespace {
 
 constexpr std::size_t kMaxSamples = std::size_t{1} << 28;  // 1 GiB; 93 minutes at 48 kHz
 
+/// Whether libsndfile was built with a format.
+bool reads(int format) {
+    int count = 0;
+    sf_command(nullptr, SFC_GET_FORMAT_MAJOR_COUNT, &count, sizeof(count));
+    for (SF_FORMAT_INFO known{}; count > 0; --count) {
+        known.format = count - 1;
+        sf_command(nullptr, SFC_GET_FORMAT_MAJOR, &known, sizeof(known));
+        if (known.format == format) return true;
+    }
+    return false;
+}
+
+/// The formats of files that are read, for messages.
+std::string readable_formats() {
+    return std::string("WAV, RF64, W64, AIFF, AU, CAF") + (reads(SF_FORMAT_FLAC) ? ", FLAC" : "") +
+           (reads(SF_FORMAT_OGG) ? ", Ogg" : "") + (reads(SF_FORMAT_MPEG) ? ", MP3" : "") +
+           " or NIST SPHERE";
+}
+
 /// A sound file that is decoded in a child process: the decoders of libsndfile may loop and crash.
 class DecodedFile {
  public:
@@ -85,13 +104,11 @@ class DecodedFile {
 
     void read_header() {
         using Verdict = SoundHeader::Verdict;
-        constexpr const char* kFormats =
-            "; expected WAV, RF64, W64, AIFF, AU, CAF, FLAC, Ogg, MP3 or NIST SPHERE";
         reader_.read(header_);
         if (header_.verdict == Verdict::unknown_format)
-            fail(std::string("has an unknown format") + kFormats);
+            fail("has an unknown format; expected " + readable_formats());
         if (header_.magic != SoundHeader::kMagic || header_.verdict == Verdict::unreadable)
-            fail(std::string("cannot be read as sound") + kFormats);
+            fail("cannot be read as sound; expected " + readable_formats());
         switch (header_.verdict_of_format()) {
             case Verdict::usable:
                 break;

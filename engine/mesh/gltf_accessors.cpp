@@ -9,6 +9,7 @@
 #include "engine/input/scalar_bytes.h"
 #include "engine/mesh/gltf_json.h"
 #include "engine/mesh/mesh_import.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -211,7 +212,7 @@ std::string_view GltfAccessors::load(const JsonReader& uri) {
         if (!bytes) uri.fail("a data URI that is not in base64; expected base64");
         return keep(uri, *std::move(bytes));
     }
-    const std::filesystem::path file = decode_percent(text);
+    const std::filesystem::path file = utf8_path(decode_percent(text));
     if (file.is_absolute() || std::find(file.begin(), file.end(), "..") != file.end()) {
         uri.fail(quoted(file.string()) + " is elsewhere; expected a file beside the glTF file");
     }

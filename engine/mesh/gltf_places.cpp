@@ -11,6 +11,7 @@
 #include "engine/input/place_guess.h"
 #include "engine/mesh/gltf_accessors.h"
 #include "engine/mesh/gltf_json.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -119,7 +120,7 @@ void GltfPlaces::read_sound(const JsonReader& source, ImportedPlace& place) cons
         return;
     }
     const std::string text = decode_percent(uri->string("a file beside this one"));
-    const std::filesystem::path file = text;
+    const std::filesystem::path file = utf8_path(text);
     const bool is_beside =
         file.is_relative() && std::find(file.begin(), file.end(), "..") == file.end();
     if (is_beside && text.find(':') == std::string::npos) place.sound = text;

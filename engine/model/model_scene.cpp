@@ -20,6 +20,7 @@
 #include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/scene/scene_values.h"
+#include "process/files.h"
 #include "process/regular_file.h"
 
 namespace aula {
@@ -282,7 +283,7 @@ class SceneMaker {
         if (!place.sound_inside && place.sound.empty()) return std::nullopt;
         const SoundInModel inside{file_, place.sound_inside.value_or(0)};
         const fs::path name =
-            place.sound_inside ? inside.name() : file_.parent_path() / place.sound;
+            place.sound_inside ? inside.name() : file_.parent_path() / utf8_path(place.sound);
         std::error_code error;
         if (!place.sound_inside && !fs::is_regular_file(name, error)) {
             guess("source " + quoted(place.name) + ": claps, its sound " + quoted(name.string()) +

@@ -10,6 +10,7 @@
 #include "engine/scene/scene_geometry.h"
 #include "engine/scene/scene_reading.h"
 #include "engine/scene/scene_values.h"
+#include "process/files.h"
 
 namespace aula {
 namespace {
@@ -104,7 +105,7 @@ void read_signal(const JsonReader& json, const std::filesystem::path& folder, Si
         source.signal = Source::Signal::noise;
     } else {
         source.signal = Source::Signal::file;
-        source.signal_file = folder / signal;
+        source.signal_file = folder / utf8_path(signal);
         if (signals != SignalFiles::required) return;
         const auto inside = SoundInModel::of_name(source.signal_file);
         require_file(json, inside ? inside->model : source.signal_file, kExpected);
@@ -117,7 +118,7 @@ void read_directivity(const JsonReader& json, const std::filesystem::path& folde
         source.directivity = *shipped;
         return;
     }
-    const std::filesystem::path file = folder / name;
+    const std::filesystem::path file = folder / utf8_path(name);
     const bool is_file_name = name.find_first_of("/.") != std::string::npos;
     std::error_code error;
     if (name.empty() || (!is_file_name && !std::filesystem::exists(file, error))) {

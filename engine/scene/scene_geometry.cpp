@@ -10,6 +10,7 @@
 #include "engine/mesh/mesh_import.h"
 #include "engine/mesh/polygon.h"
 #include "engine/scene/scene_values.h"
+#include "process/files.h"
 
 namespace aula {
 namespace {
@@ -207,7 +208,7 @@ Object read_mesh(const JsonReader& json, const std::filesystem::path& folder,
     constexpr const char* kExpected = "a mesh file, relative to the scene file";
     const JsonReader name_json = json.require("file", kExpected);
     const std::string name = name_json.string(kExpected);
-    const std::filesystem::path file = folder / name;
+    const std::filesystem::path file = folder / utf8_path(name);
     std::error_code error;
     if (!std::filesystem::exists(file, error)) {
         name_json.fail("no such file, " + quoted(file.string()) + "; expected " + kExpected);

@@ -31,7 +31,7 @@ const std::array kParts = {
         "apps/session",
         {"base", "waves", "frames", "auralizer", "images", "offline", "edit", "live", "remote", ""},
         {"engine", "audio", "process"}},
-    Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio"}},
+    Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio", "process"}},
     Part{"apps/documents", {"", "report"}, {"apps/session", "engine", "audio"}},
     Part{"apps/window",
          {"view", "model", "gl", ""},

@@ -38,7 +38,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__GNUC__)
+#if defined(_WIN32) && defined(AULA_BUILDS_DLL)
+#define AULA_API __declspec(dllexport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define AULA_API __attribute__((visibility("default")))
 #else
 #define AULA_API

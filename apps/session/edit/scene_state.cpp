@@ -13,6 +13,7 @@
 #include "apps/session/auralizer/command_checks.h"
 #include "aula/exception.h"
 #include "engine/scene/scene_values.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -214,7 +215,7 @@ void transfer(Archive& archive, T& source) {
     transfer_enum(archive, source.signal, static_cast<int>(Source::Signal::noise));
     std::string file = source.signal_file.string();
     transfer(archive, file);
-    if constexpr (Archive::kReads) source.signal_file = file;
+    if constexpr (Archive::kReads) source.signal_file = utf8_path(file);
     transfer_all(archive, source.gain_db, source.loop, source.path, source.from_listener);
 }
 
@@ -250,8 +251,8 @@ std::string directivity_name(const Source& source) {
 
 void set_directivity(Source& source, const std::string& name) {
     const std::optional<Directivity> shipped = Directivity::find(name);
-    source.directivity = shipped ? *shipped : load_directivity(name);
-    source.directivity_file = shipped ? std::filesystem::path() : std::filesystem::path(name);
+    source.directivity = shipped ? *shipped : load_directivity(utf8_path(name));
+    source.directivity_file = shipped ? std::filesystem::path() : utf8_path(name);
 }
 
 std::string scene_state(const Scene& scene, bool threads) {

@@ -17,6 +17,7 @@
 #include "apps/session/frames/play_controls.h"
 #include "aula/engine/material_library.h"
 #include "engine/mesh/mesh_import.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -89,7 +90,7 @@ class FileNames {
     void move(JsonValue* name) const {
         if (name == nullptr || prefix_ == ".") return;
         auto& text = std::get<std::string>(name->value);
-        if (std::filesystem::path(text).is_relative()) text = (prefix_ / text).string();
+        if (utf8_path(text).is_relative()) text = (prefix_ / utf8_path(text)).string();
     }
 
  private:
