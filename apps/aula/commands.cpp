@@ -1,13 +1,11 @@
 #include "apps/aula/commands.h"
 
-#include <algorithm>
 #include <cstdio>
 
 #include "apps/aula/outputs.h"
 #include "apps/aula/room_positions.h"
 #include "apps/aula/terminal/interrupt.h"
 #include "apps/session/base/printable.h"
-#include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 
@@ -75,21 +73,6 @@ Scene read_scene(const Arguments& arguments) {
     change_scene(scene, arguments);
     check_outputs(arguments, scene);
     return scene;
-}
-
-int list_devices() {
-    const std::vector<DeviceInfo> devices = list_output_devices();
-    if (devices.empty()) throw NoAudioDevice();
-    std::size_t widest = 4;
-    for (const DeviceInfo& device : devices) widest = std::max(widest, device.name.size());
-    const int width = static_cast<int>(widest);
-    std::printf("  index  %-*s  %-6s  channels  rate Hz  latency ms\n", width, "name", "system");
-    for (const DeviceInfo& device : devices)
-        std::printf("%c %5d  %-*s  %-6s  %8d  %7.0f  %10.1f\n", device.is_default ? '*' : ' ',
-                    device.index, width, device.name.c_str(), device.host_api.c_str(),
-                    device.output_channels, device.sample_rate_hz, 1000 * device.latency_s);
-    std::printf("* the default\n");
-    return 0;
 }
 
 }  // namespace aula

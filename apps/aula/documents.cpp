@@ -1,6 +1,3 @@
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <functional>
@@ -27,6 +24,7 @@
 #include "engine/input/json.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/rays/room_survey.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -46,9 +44,8 @@ void check_folder(const fs::path& folder) {
     if (!fs::is_directory(existing, error))
         throw InputError(folder.string(), "",
                          existing.string() + " is not a folder" + std::string(expected));
-    if (access(existing.c_str(), W_OK | X_OK) != 0)
-        throw InputError(folder.string(), "",
-                         "cannot be written, " + std::generic_category().message(errno) + expected);
+    if (const std::error_code refused = folder_refusal(existing))
+        throw InputError(folder.string(), "", "cannot be written, " + refused.message() + expected);
 }
 
 /// The files of a map. A new folder appears whole. In an existing one, which may contain other
@@ -66,9 +63,7 @@ class MapFolder {
     void write(const fs::path& file, const std::string& content) {
         // Half of the open files that the system allows, usually 1024: enough for the maps of 27
         // sources.
-        rlimit files{.rlim_cur = 256, .rlim_max = 256};
-        getrlimit(RLIMIT_NOFILE, &files);
-        if (new_folder_ || files_.size() >= files.rlim_cur / 2) commit_files();
+        if (new_folder_ || files_.size() >= most_open_files() / 2) commit_files();
         files_.push_back(new_folder_ ? std::make_unique<OutputFile>(
                                            new_folder_->path(file.filename().string()), file)
                                      : std::make_unique<OutputFile>(file));

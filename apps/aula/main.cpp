@@ -1,9 +1,9 @@
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "apps/aula/arguments/arguments.h"
 #include "apps/aula/commands.h"
@@ -99,12 +99,16 @@ std::string refusal(const std::error_code& code) {
 int main(int argc, char** argv) {
     try {
         aula::set_up_process();
-        const int status = aula::run(aula::with_scene_file(aula::read_arguments(argc, argv)));
+        const std::vector<std::string> line = aula::command_line(argc, argv);
+        std::vector<const char*> words;
+        for (const std::string& word : line) words.push_back(word.c_str());
+        const int status = aula::run(aula::with_scene_file(
+            aula::read_arguments(static_cast<int>(words.size()), words.data())));
         // Buffered output may fail only when it is flushed, as on a full disk.
         aula::flush_standard_output();
         return status;
     } catch (const aula::ReaderEnded&) {
-        return 128 + SIGPIPE;
+        return aula::kReaderEndedStatus;
     } catch (const aula::InputError& error) {
         return aula::fail(error.what(), 2);
     } catch (const aula::NoAudioDevice& error) {

@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -11,7 +12,7 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> scene_folders() {
     std::error_code error;
-    const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
+    const fs::path program = program_file(error).parent_path();
     std::vector<fs::path> folders;
     if (error) return folders;
     for (const char* const relative : {AULA_INSTALLED_SCENES, AULA_SOURCE_SCENES}) {
@@ -23,14 +24,14 @@ std::vector<fs::path> scene_folders() {
 
 fs::path find_scene(const fs::path& name, const std::vector<fs::path>& folders) {
     std::error_code error;
-    if (name.native().find('/') != std::string::npos || fs::exists(name, error)) return name;
+    if (name.has_parent_path() || fs::exists(name, error)) return name;
     std::string searched;
     for (const fs::path& folder : folders) {
-        for (const fs::path& file : {folder / name, folder / (name.native() + ".json")})
+        for (const fs::path& file : {folder / name, folder / utf8_path(name.string() + ".json")})
             if (fs::is_regular_file(file, error)) return file;
-        searched += " or " + folder.native();
+        searched += " or " + folder.string();
     }
-    throw InputError(name.native(), "",
+    throw InputError(name.string(), "",
                      "there is no such file; expected a scene file, or the name of a scene in "
                      "the working directory" +
                          searched);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/aula/terminal/terminal.h"
+#include "apps/aula/terminal/key_input.h"
 #include "aula/engine/scene.h"
 
 namespace aula {

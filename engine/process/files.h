@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string_view>
+#include <system_error>
 
 #include "process/descriptor.h"
 
@@ -17,6 +18,15 @@ namespace aula {
 /// The path of a name in UTF-8. On Windows the path of a std::string would be another one, while
 /// path::string() is UTF-8 on all systems.
 std::filesystem::path utf8_path(std::string_view name);
+
+/// The file of the running program.
+std::filesystem::path program_file(std::error_code& error);
+
+/// Open files that the system allows a process.
+std::size_t most_open_files();
+
+/// Why no file can be written to a folder, or no error. On Windows only trying tells.
+std::error_code folder_refusal(const std::filesystem::path& folder);
 
 /// Opens a file. If it is a pipe, does not wait for another program.
 int open_to_read(const std::filesystem::path& file);

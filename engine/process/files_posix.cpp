@@ -1,6 +1,7 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -52,6 +53,21 @@ Descriptor::Descriptor(int number) : number_(number) {
 
 void Descriptor::reset() {
     if (number_ >= 0) close(std::exchange(number_, -1));
+}
+
+std::filesystem::path program_file(std::error_code& error) {
+    return std::filesystem::read_symlink("/proc/self/exe", error);
+}
+
+std::size_t most_open_files() {
+    rlimit files{.rlim_cur = 256, .rlim_max = 256};
+    getrlimit(RLIMIT_NOFILE, &files);
+    return files.rlim_cur;
+}
+
+std::error_code folder_refusal(const std::filesystem::path& folder) {
+    if (access(folder.c_str(), W_OK | X_OK) == 0) return {};
+    return {errno, std::generic_category()};
 }
 
 int open_to_read(const std::filesystem::path& file) {

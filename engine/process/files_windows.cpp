@@ -68,6 +68,19 @@ void Descriptor::reset() {
     if (number_ >= 0) close(std::exchange(number_, -1));
 }
 
+std::filesystem::path program_file(std::error_code& error) {
+    error.clear();
+    std::wstring name(MAX_PATH, L'\0');
+    while (GetModuleFileNameW(nullptr, name.data(), static_cast<DWORD>(name.size())) == name.size())
+        name.resize(2 * name.size());
+    return name.c_str();
+}
+
+// Of the C library: 512 streams.
+std::size_t most_open_files() { return 512; }
+
+std::error_code folder_refusal(const std::filesystem::path&) { return {}; }
+
 int open_to_read(const std::filesystem::path& file) {
     return checked(open_shared(file, GENERIC_READ, OPEN_EXISTING));
 }

@@ -7,6 +7,7 @@
 #include "apps/aula/arguments/position_changes.h"
 #include "apps/session/remote/osc.h"
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -59,6 +60,7 @@ class Options {
         } catch (const CLI::ParseError& error) {
             throw InputError(parse_message(error));
         }
+        for (const std::string& file : measured_) arguments_.measured.push_back(utf8_path(file));
         arguments_.command = command();
     }
 
@@ -71,7 +73,7 @@ class Options {
         text(option, [option, &out](const std::string& value) {
             if (value.empty()) refuse_value(option, value, "the name of a file");
             if (value == "-") refuse_value(option, value, "the name of a file; /dev/stdout or ./-");
-            out = value;
+            out = utf8_path(value);
         });
     }
 
@@ -154,7 +156,7 @@ class Options {
                                          std::pair("--date", &arguments_.head.date)})
             app_.add_option(name, *text);
         app_.add_option("--receiver", receivers_)->allow_extra_args(false);
-        app_.add_option("--measured", arguments_.measured)->allow_extra_args(false);
+        app_.add_option("--measured", measured_)->allow_extra_args(false);
         path("--out", out_);
         constexpr double kHighest_m = 1e6;
         text("--height", [this](const std::string& value) {
@@ -235,11 +237,11 @@ class Options {
         app_.add_flag("--half-precision-tail", session.half_precision_tail);
         text("--hrtf", [&](const std::string& file) {
             if (file.empty()) refuse_value("--hrtf", file, "a SOFA file");
-            session.hrtf = file;
+            session.hrtf = utf8_path(file);
         });
         text("--headphones", [&](const std::string& file) {
             if (file.empty()) refuse_value("--headphones", file, "a sound file");
-            session.headphones = file;
+            session.headphones = utf8_path(file);
         });
         choice<SampleFormat>("--format",
                              {{"float", SampleFormat::float32},
@@ -305,7 +307,7 @@ class Options {
         if (words_.size() > wanted)
             throw InputError("\"" + words_[wanted] +
                              "\" is one argument too many; expected one SCENE");
-        arguments_.scene = words_.back();
+        arguments_.scene = utf8_path(words_.back());
         arguments_.window = !no_window_;
         if (after_given_ && !arguments_.screenshot)
             throw InputError("--after: is used without --screenshot; expected both");
@@ -370,7 +372,8 @@ class Options {
     Arguments::Command analyse_command() {
         if (words_.size() < 2)
             throw InputError("analyse: no file given; expected aula analyse FILE.wav");
-        arguments_.responses.assign(words_.begin() + 1, words_.end());
+        for (std::size_t i = 1; i < words_.size(); ++i)
+            arguments_.responses.push_back(utf8_path(words_[i]));
         for (const CLI::Option* const option : app_.get_options()) {
             const std::string name = option->get_name();
             if (option->count() > 0 && name.starts_with("--") && name != "--out" &&
@@ -472,6 +475,7 @@ class Options {
     std::optional<std::filesystem::path> out_;
     std::optional<std::filesystem::path> html_;
     std::vector<std::string> receivers_;
+    std::vector<std::string> measured_;
     OscOptions osc_;
     bool no_window_ = false;
     bool after_given_ = false;

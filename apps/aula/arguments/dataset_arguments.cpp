@@ -7,6 +7,7 @@
 
 #include "apps/aula/arguments/argument_values.h"
 #include "aula/exception.h"
+#include "process/files.h"
 
 namespace aula {
 
@@ -121,12 +122,12 @@ DatasetArguments read_dataset_arguments(const std::vector<std::string>& words) {
         case Command::plan:
             parser.option("--out", [&](const std::string& option, const std::string& text) {
                 if (text.empty()) refuse_value(option, text, "the name of a folder");
-                arguments.folder = text;
+                arguments.folder = utf8_path(text);
             });
             count("--shards", arguments.shards, 1, kMostShards);
             parser.require("--out");
             parser.require("--shards");
-            arguments.manifest = parser.parse(words, "manifest");
+            arguments.manifest = utf8_path(parser.parse(words, "manifest"));
             return arguments;
         case Command::run:
             count("--shard", arguments.shard, 0, kMostShards - 1);
@@ -153,7 +154,7 @@ DatasetArguments read_dataset_arguments(const std::vector<std::string>& words) {
             parser.require("--to");
             break;
     }
-    arguments.folder = parser.parse(words, "folder");
+    arguments.folder = utf8_path(parser.parse(words, "folder"));
     return arguments;
 }
 

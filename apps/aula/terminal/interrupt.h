@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace aula {
 
 /// Sets up the process. Call it before any thread starts.
@@ -11,6 +14,9 @@ namespace aula {
 ///   an error.
 /// * Closed descriptors among 0 to 2 are opened, so that no output file takes their numbers.
 void set_up_process();
+
+/// The words of the command line, in UTF-8, of those that main() gets.
+std::vector<std::string> command_line(int count, char** words);
 
 /// Number of the first signal that has arrived, or 0. [any thread]
 int interrupt_signal();

@@ -11,6 +11,9 @@ class ReaderEnded : public Failure {
     ReaderEnded() : Failure("standard output: its reader has ended") {}
 };
 
+/// Exit status for it: 128 + SIGPIPE.
+inline constexpr int kReaderEndedStatus = 141;
+
 /// Writes what is buffered for standard output. Throws ReaderEnded, or Failure as on a full disk.
 void flush_standard_output();
 

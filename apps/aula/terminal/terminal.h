@@ -1,9 +1,8 @@
 #pragma once
 
-#include <termios.h>
-
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -11,26 +10,8 @@
 
 namespace aula {
 
-enum class Key { forward, back, left, right, turn_left, turn_right, help, quit };
-
-/// Reads single keys from standard input without echo. The destructor restores the terminal's
-/// settings. Inactive if standard input is not a terminal or the process is in the background.
-class KeyInput {
- public:
-    KeyInput();
-    ~KeyInput();
-    KeyInput(const KeyInput&) = delete;
-    KeyInput& operator=(const KeyInput&) = delete;
-
-    bool active() const { return saved_.has_value(); }
-
-    /// Waits for a key, at most `timeout_ms`. Empty at a timeout or an unknown key; Key::quit at
-    /// the end of input.
-    std::optional<Key> read(int timeout_ms) const;
-
- private:
-    std::optional<termios> saved_;
-};
+/// Columns of the terminal on standard error; nothing if they are not known.
+std::optional<std::size_t> terminal_columns();
 
 /// A status line on standard error, overwritten in place. Invisible if standard error is not a
 /// terminal.

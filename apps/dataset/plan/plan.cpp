@@ -115,7 +115,7 @@ void replace_plan(const fs::path& folder, OutputFile& lines, const std::string& 
     // What ended processes have left.
     std::vector<fs::path> left;
     for (const auto& entry : fs::directory_iterator(folder))
-        if (is_lines_beside(entry.path().filename())) left.push_back(entry.path());
+        if (is_lines_beside(entry.path().filename().string())) left.push_back(entry.path());
     for (const fs::path& file : left) fs::remove(file);
 }
 

@@ -59,4 +59,6 @@ void set_up_process() {
 
 int interrupt_signal() { return first_signal; }
 
+std::vector<std::string> command_line(int count, char** words) { return {words, words + count}; }
+
 }  // namespace aula
