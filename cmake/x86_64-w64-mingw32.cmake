@@ -14,8 +14,8 @@ foreach(kind LIBRARY INCLUDE PACKAGE)
     set(CMAKE_FIND_ROOT_PATH_MODE_${kind} ONLY)
 endforeach()
 set(ENV{PKG_CONFIG_LIBDIR} "${AULA_WINDOWS_LIBRARIES}/lib/pkgconfig")
-# GCC aligns the stack of Windows to 16 bytes, and takes it for aligned to 32 and 64 (GCC bug 54412):
-# the assembler makes moves of vectors that allow it, which are as fast.
+# GCC aligns the stack of Windows to 16 bytes, and takes it for aligned to 32 and 64 (GCC bug
+# 54412): the assembler makes moves of vectors that allow it, which are as fast.
 add_compile_options("$<$<COMPILE_LANGUAGE:C,CXX>:-Wa,-muse-unaligned-vector-move>")
 # The binaries need no library of MinGW beside them.
 foreach(kind EXE SHARED)
