@@ -304,10 +304,10 @@ struct Propagation::State {
             const bool all_through_walls = std::all_of(
                 paths.begin(), paths.end(),
                 [](const SoundPath& path) { return path.kind == SoundPath::Kind::through_walls; });
-            set.images[pair] =
-                specular.find(input.sources[pair / input.listeners.size()],
-                              input.listeners[pair % input.listeners.size()],
-                              simulation.direct && all_through_walls, attenuation_per_m, shared);
+            set.images[pair] = specular.find(input.sources[pair / input.listeners.size()],
+                                             input.listeners[pair % input.listeners.size()],
+                                             simulation.direct && all_through_walls,
+                                             attenuation_per_m, source_count, shared);
             std::vector<SoundPath>& found = set.images[pair].paths;
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {

@@ -24,7 +24,8 @@ constexpr float kLowest_db = -100;
 
 EarlyFilters::EarlyFilters(double sample_rate_hz, std::size_t taps, const AirAttenuation& air,
                            std::size_t margin, std::size_t sources)
-    : designer_(sample_rate_hz, taps, air),
+    : has_air_(static_cast<bool>(air)),
+      designer_(sample_rate_hz, taps, air),
       margin_(margin),
       whole_(taps),
       used_(sources),
@@ -39,6 +40,7 @@ std::span<const float> EarlyFilters::filter(std::size_t source, const std::array
         key[b] =
             static_cast<std::int16_t>(std::lround(std::max(level_db, kLowest_db) / kGainStep_db));
     }
+    if (!has_air_) length_m = 0;
     // The design bounds the loss by air, which reaches the bound long before 8 km.
     key.back() = static_cast<std::int16_t>(std::lround(std::min(length_m, 8e3) / kLengthStep_m));
     Filters& used = used_[source];

@@ -177,6 +177,7 @@ void RenderFrameBuilder::prepare(std::size_t index, const SourceSound& source, s
 void RenderFrameBuilder::State::omit(std::size_t source, RenderFrame& frame, std::size_t step) {
     for (PathSound& path : frame.parts->paths[source]) path.present = false;
     std::fill(moving[source].begin(), moving[source].end(), 0);
+    early_filters.next_frame(source);
     if (absent[source]) {
         transform.repeat(source, frame.parts->reverberation[step]);
         return;
@@ -226,7 +227,7 @@ void RenderFrameBuilder::State::add_early(std::size_t source, const DiscretePath
     if (whole >= static_cast<double>(config.response_samples)) return;
 
     const float greatest = *std::max_element(path.band_gain.begin(), path.band_gain.end());
-    if (greatest <= 0) return;
+    if (!(greatest > 0)) return;
     const std::span<const float> shaped =
         early_filters.filter(source, path.band_gain, double{path.length_m});
     const std::array<float, kInterpolationTaps> impulse = interpolator.impulse(delay - whole);

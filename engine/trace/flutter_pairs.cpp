@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <limits>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "engine/base/sampling.h"
@@ -28,7 +30,7 @@ constexpr std::uint32_t kLines = 64;
 /// As many of the largest planes send lines: 33,000, which take up to 10 ms in a large mesh.
 constexpr std::size_t kMostPlanes = 256;
 
-/// Planes at a larger angle turn the path out of a room of usual size within five reflections.
+/// Planes at a larger angle turn the path out of a room of usual size within ten reflections.
 constexpr double kParallel_rad = glm::radians(3.0);
 
 /// 60 dB. Between surfaces of absorption 0.02 they take 170 reflections, of which the last are only
@@ -36,13 +38,17 @@ constexpr double kParallel_rad = glm::radians(3.0);
 constexpr double kLowest = 1e-6;
 constexpr std::size_t kMostOrders = 100;
 
-/// Sequences of all pairs: those of seven boxes of hard walls. Out of reach of source and listener
-/// they cost little.
-constexpr std::size_t kMostSequences = 4096;
+/// Sequences of all pairs: those of fifty boxes of hard walls. They have 20 bytes each, and cost
+/// nothing to sources and listeners that are not between their planes.
+constexpr std::size_t kMostSequences = 32768;
+
+/// Moving surfaces that a line passes.
+constexpr int kMostPassed = 16;
 
 /// What is large and mirrors sound, [plane].
 struct Wall {
     double mirrored = 0;  ///< share of the energy, in the band in which the plane reflects most
+    double area_m2 = 0;   ///< of its triangles that do not move
     std::vector<std::uint32_t> triangles;
 };
 
@@ -55,6 +61,7 @@ std::vector<Wall> walls_of(const RayScene& scene, const ScenePlanes& planes) {
         const Material& material = scene.material(scene.triangle(t));
         const Bands share = complement(material.absorption) * complement(material.scattering);
         walls[plane].mirrored = std::max(walls[plane].mirrored, double{share.max()});
+        walls[plane].area_m2 += double{scene.triangle(t).area_m2()};
         walls[plane].triangles.push_back(t);
     }
     return walls;
@@ -62,10 +69,7 @@ std::vector<Wall> walls_of(const RayScene& scene, const ScenePlanes& planes) {
 
 /// Lines along the normals of the triangles of a wall, from points that are evenly distributed over
 /// their area, to one side and to the other.
-std::vector<Ray> lines_from(const RayScene& scene, const std::vector<std::uint32_t>& triangles,
-                            std::uint32_t plane) {
-    double area_m2 = 0;
-    for (const std::uint32_t t : triangles) area_m2 += double{scene.triangle(t).area_m2()};
+std::vector<Ray> lines_from(const RayScene& scene, const Wall& wall, std::uint32_t plane) {
     const ScrambledSobol sobol(derive_seed(0x666c7574746572ULL, plane));
     std::vector<std::array<float, 2>> points;
     for (std::uint32_t i = 0; i < kLines; ++i) points.push_back(sobol.point(i));
@@ -73,12 +77,12 @@ std::vector<Ray> lines_from(const RayScene& scene, const std::vector<std::uint32
     std::vector<Ray> lines;
     std::size_t next = 0;
     double before_m2 = 0;
-    for (const std::uint32_t t : triangles) {
+    for (const std::uint32_t t : wall.triangles) {
         const RayScene::Triangle& triangle = scene.triangle(t);
         const double here_m2{triangle.area_m2()};
-        const bool is_last = t == triangles.back();
+        const bool is_last = t == wall.triangles.back();
         for (; next < kLines; ++next) {
-            const double at = (double{points[next][0]} * area_m2 - before_m2) / here_m2;
+            const double at = (double{points[next][0]} * wall.area_m2 - before_m2) / here_m2;
             if (at >= 1 && !is_last) break;
             // Uniform over the triangle (Turk 1990).
             const auto root = static_cast<float>(std::sqrt(std::clamp(at, 0.0, 1.0)));
@@ -96,6 +100,22 @@ std::vector<Ray> lines_from(const RayScene& scene, const std::vector<std::uint32
     return lines;
 }
 
+/// The hit of a line behind surfaces that move, with the distance from its origin: an object that
+/// stands between two walls may leave.
+Hit past_movers(const RayScene& scene, Ray line, Hit hit) {
+    float passed_m = 0;
+    for (int n = 0; hit.any() && scene.moves(scene.triangle(hit.triangle)); ++n) {
+        if (n == kMostPassed) return {};
+        const float to_next_m = hit.distance_m + RayScene::kOffset_m;
+        passed_m += to_next_m;
+        line.origin += to_next_m * line.direction;
+        hit = {};
+        scene.intersect({&line, 1}, {&hit, 1});
+    }
+    if (hit.any()) hit.distance_m += passed_m;
+    return hit;
+}
+
 /// What two planes see of each other.
 struct Facing {
     double area_m2 = 0;
@@ -109,18 +129,19 @@ std::map<std::pair<std::uint32_t, std::uint32_t>, Facing> facing_planes(
     std::map<std::pair<std::uint32_t, std::uint32_t>, Facing> found;
     std::vector<Hit> hits;
     for (const std::uint32_t from : large) {
-        const std::vector<Ray> lines = lines_from(scene, walls[from].triangles, from);
+        const std::vector<Ray> lines = lines_from(scene, walls[from], from);
         hits.resize(lines.size());
         scene.intersect(lines, hits);
         std::map<std::uint32_t, Facing> seen;
-        for (const Hit& hit : hits) {
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            const Hit hit = past_movers(scene, lines[i], hits[i]);
             if (!hit.any() || hit.distance_m < kClosest_m) continue;
             const std::uint32_t to = planes.of_triangle(hit.triangle);
             if (to == ScenePlanes::kNoPlane || to == from || walls[to].mirrored == 0) continue;
             if (std::abs(glm::dot(planes[from].normal, planes[to].normal)) <
                 std::cos(kParallel_rad))
                 continue;
-            seen[to].area_m2 += planes[from].area_m2 / kLines;
+            seen[to].area_m2 += walls[from].area_m2 / kLines;
             seen[to].distance_m = std::min(seen[to].distance_m, hit.distance_m);
         }
         for (const auto& [to, facing] : seen) {

@@ -122,7 +122,8 @@ void PathTracer::extend_images(PathBatch& paths, int order, const Emitter& emitt
         const MirrorPlane& mirror = images_.mirror_of_triangle(paths.hits.triangle[i]);
         image =
             emitter.is_listener ? image.then_from_listener(mirror) : image.then_from_source(mirror);
-        // A path that leaves a flutter echo does not return to it.
+        // A path that leaves a flutter echo does not return to it, but between recesses of equal
+        // depths.
         image.may_be_image = image.may_be_image && images_.may_list(image);
     }
 }

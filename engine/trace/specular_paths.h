@@ -36,7 +36,7 @@ struct SpecularSound {
     /// along these paths do not count, whether or not the image is audible.
     std::vector<std::uint64_t> tried;
 
-    /// Of all candidates that were examined, flutter out of reach apart.
+    /// Of all candidates that were examined, without those of flutter that are not near.
     std::size_t reflections = 0;
 
     /// False for key 0.
@@ -114,9 +114,11 @@ class SpecularPaths {
     /// The direct sound, if `direct` and visible, and the reflections. The energy in each band is
     /// prod (1 - s)(1 - alpha) / (4 pi d^2) times exp(-attenuation d), with d at least 0.1 m. A
     /// source or listener within 0.5 mm of a plane has no reflection in it. The number of `workers`
-    /// does not change the result. [several threads, without `workers`]
+    /// does not change the result. The flutter of all `sources` shares the number of its images.
+    /// [several threads, without `workers`]
     SpecularSound find(const Vec3& source, const Vec3& listener, bool direct,
-                       const Bands& attenuation_per_m, WorkerPool* workers = nullptr) const;
+                       const Bands& attenuation_per_m, std::size_t sources = 1,
+                       WorkerPool* workers = nullptr) const;
 
  private:
     using Sequence = std::vector<std::uint32_t>;    ///< planes from the listener to the source
@@ -160,7 +162,8 @@ class SpecularPaths {
     void evict();
     template <typename Wanted>
     SpecularSound find_images(const Vec3& source, const Vec3& listener,
-                              const Bands& attenuation_per_m, const Wanted& wanted) const;
+                              const Bands& attenuation_per_m, std::size_t flutter_images,
+                              const Wanted& wanted) const;
     std::uint64_t key_of(const Sequence& sequence) const;
     ScenePlanes::Point image_of(const ScenePlanes::Point& source, Planes sequence) const;
     void images_of(const ScenePlanes::Point& source, Planes sequence,

@@ -19,8 +19,8 @@ constexpr int kFewestOfSource = 25;
 
 // Times of one core of a 2.3 GHz Xeon (`aula-bench budget`). A segment takes from 80 ns in a box to
 // 250 ns in a mesh of 139,000 triangles, a reflection of an image source from 20 ns to 270 ns.
-constexpr double kSegment_s = 170e-9;    ///< to trace a segment and to store what it deposits
-constexpr double kBin_s = 6e-9;          ///< to add a time bin of a patch in the final gather
+constexpr double kSegment_s = 170e-9;     ///< to trace a segment and to store what it deposits
+constexpr double kBin_s = 6e-9;           ///< to add a time bin of a patch in the final gather
 constexpr double kReflection_s = 130e-9;  ///< to examine one of an image source and to trace it
 
 /// Of two processors in normal quality, half of one renders the sound of the frames.

@@ -121,6 +121,37 @@ TEST_CASE("walls that are nearly parallel flutter, other planes do not") {
     CHECK(SpecularPaths(thin, 3, kRadius_m, 1, kFar_m).highest_order() == 3);
 }
 
+TEST_CASE("sources share the images of flutter") {
+    const RayScene rays(two_walls(kWidth_m));
+    const SpecularPaths specular(rays, 3, kRadius_m, 1, kFar_m);
+    for (const std::size_t sources : {1U, 8U, 64U, 2000U}) {
+        const SpecularSound sound =
+            specular.find(turned(kFrom), turned(kTo), false, Bands{}, sources);
+        CAPTURE(sources);
+        CHECK(sound.tried.size() == std::min<std::size_t>(2 * 53, 1024 / sources / 2 * 2));
+        CHECK(sound.paths.size() == sound.tried.size() + 6);
+    }
+}
+
+TEST_CASE("what moves between two walls does not end their flutter") {
+    Scene scene = two_walls(kWidth_m);
+    Object screen;
+    add_quad(screen,
+             {turned({-1, 1, -1}), turned({13, 1, -1}), turned({13, 1, 4}), turned({-1, 1, 4})}, 0);
+    screen.movable = true;
+    scene.objects.push_back(screen);
+    const auto pairs_of = [](const Scene& of) {
+        const RayScene rays(of);
+        return flutter_pairs(rays, ScenePlanes(rays), kFar_m);
+    };
+    const std::vector<FlutterPair> pairs = pairs_of(scene);
+    REQUIRE(pairs.size() == 1);
+    CHECK(pairs[0].order == 56);
+    // Companion: a screen that stands still flutters with either wall.
+    scene.objects.back().movable = false;
+    CHECK(pairs_of(scene).size() == 2);
+}
+
 TEST_CASE("flutter ends with the response") {
     const Scene scene = two_walls(kWidth_m);
     const std::vector<SoundPath> all = paths_of(scene);

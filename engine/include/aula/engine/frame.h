@@ -30,16 +30,16 @@ struct FrameStatistics {
     double trace_s = 0;   ///< wall-clock time for tracing rays from the sources
     double cache_s = 0;   ///< wall-clock time for updating the caches
     double gather_s = 0;  ///< wall-clock time of the final gather; 0 for estimators without patches
-    double specular_s = 0;               ///< wall-clock time for image sources
-    double diffraction_s = 0;            ///< wall-clock time for direct sound with its diffraction
-    std::uint64_t segments = 0;          ///< traced ray segments, of emitted and gather rays
-    std::uint64_t summed_bins = 0;       ///< time bins of patches that the final gather has added
-    std::uint64_t image_reflections = 0;  ///< of image sources that may be audible, of all pairs
-    std::size_t cache_entries = 0;       ///< entries of diffuse path caches, or occupied patches
-    std::size_t memory_bytes = 0;        ///< memory of the caches
-    std::size_t edges = 0;               ///< edges of the scene that diffract sound
-    std::size_t bent_paths = 0;          ///< paths over edges from all sources to all listeners
-    std::size_t wall_paths = 0;          ///< straight paths through walls, likewise
+    double specular_s = 0;                ///< wall-clock time for image sources
+    double diffraction_s = 0;             ///< wall-clock time for direct sound with its diffraction
+    std::uint64_t segments = 0;           ///< traced ray segments, of emitted and gather rays
+    std::uint64_t summed_bins = 0;        ///< time bins of patches that the final gather has added
+    std::uint64_t image_reflections = 0;  ///< of examined image sources, of all pairs
+    std::size_t cache_entries = 0;        ///< entries of diffuse path caches, or occupied patches
+    std::size_t memory_bytes = 0;         ///< memory of the caches
+    std::size_t edges = 0;                ///< edges of the scene that diffract sound
+    std::size_t bent_paths = 0;           ///< paths over edges from all sources to all listeners
+    std::size_t wall_paths = 0;           ///< straight paths through walls, likewise
 };
 
 /// The polyline of a ray, for display.
