@@ -307,7 +307,7 @@ struct Propagation::State {
             set.images[pair] = specular.find(input.sources[pair / input.listeners.size()],
                                              input.listeners[pair % input.listeners.size()],
                                              simulation.direct && all_through_walls,
-                                             attenuation_per_m, source_count, shared);
+                                             attenuation_per_m, shared, source_count);
             std::vector<SoundPath>& found = set.images[pair].paths;
             const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
             if (!of_source.is_omnidirectional()) {

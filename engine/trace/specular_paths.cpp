@@ -317,8 +317,8 @@ void SpecularPaths::evict() {
 }
 
 SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool direct,
-                                  const Bands& attenuation_per_m, std::size_t sources,
-                                  WorkerPool* workers) const {
+                                  const Bands& attenuation_per_m, WorkerPool* workers,
+                                  std::size_t sources) const {
     SpecularSound sound;
     if (direct && scene_.visible(listener, source)) {
         const Point offset = Point(source) - Point(listener);

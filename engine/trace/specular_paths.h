@@ -117,8 +117,8 @@ class SpecularPaths {
     /// does not change the result. The flutter of all `sources` shares the number of its images.
     /// [several threads, without `workers`]
     SpecularSound find(const Vec3& source, const Vec3& listener, bool direct,
-                       const Bands& attenuation_per_m, std::size_t sources = 1,
-                       WorkerPool* workers = nullptr) const;
+                       const Bands& attenuation_per_m, WorkerPool* workers = nullptr,
+                       std::size_t sources = 1) const;
 
  private:
     using Sequence = std::vector<std::uint32_t>;    ///< planes from the listener to the source

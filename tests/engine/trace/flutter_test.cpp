@@ -126,7 +126,7 @@ TEST_CASE("sources share the images of flutter") {
     const SpecularPaths specular(rays, 3, kRadius_m, 1, kFar_m);
     for (const std::size_t sources : {1U, 8U, 64U, 2000U}) {
         const SpecularSound sound =
-            specular.find(turned(kFrom), turned(kTo), false, Bands{}, sources);
+            specular.find(turned(kFrom), turned(kTo), false, Bands{}, nullptr, sources);
         CAPTURE(sources);
         CHECK(sound.tried.size() == std::min<std::size_t>(2 * 53, 1024 / sources / 2 * 2));
         CHECK(sound.paths.size() == sound.tried.size() + 6);
