@@ -84,7 +84,17 @@ TEST_CASE("A filter of an early path does not depend on those that are kept") {
         if (frame == 0) CHECK(filters.filter(0, kGains[0], 17.37).data() == kept);
     }
     CHECK(copy(filters.filter(0, kGains[0], 17.37)) == first);
+    // But on each gain, and on the length.
     CHECK(copy(filters.filter(0, kGains[0], 18)) != first);
+    for (std::size_t b = 0; b < kGains[0].size(); ++b) {
+        CAPTURE(b);
+        std::array<float, 8> other = kGains[0];
+        other[b] *= 0.94F;
+        CHECK(copy(filters.filter(0, other, 17.37)) != first);
+    }
+    // Without air there is no loss over a length.
+    EarlyFilters vacuum(kRate_hz, kTaps, {}, kMargin, 1);
+    CHECK(vacuum.filter(0, kGains[0], 18).data() == vacuum.filter(0, kGains[0], 400).data());
 }
 
 }  // namespace early_filters_test
