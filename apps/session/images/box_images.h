@@ -22,7 +22,7 @@ class BoxImages {
                                          double length_s);
 
     /// Of a pair, and of all pairs if a pair has more. Beyond these a response of many takes longer
-    /// than by rays, and a single one longer than 4 s of a core.
+    /// than by rays, and a single one longer than 4 s of a core, of 16 channels 8 s.
     static constexpr double kMostImages = 4e6;
     static constexpr double kMostOfAllPairs = 1.6e7;
 
