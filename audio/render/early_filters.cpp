@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace aula {
@@ -9,7 +10,7 @@ namespace aula {
 namespace {
 
 /// Half of it, the largest error, is 0.3 % of the pressure: -51 dB of a path.
-constexpr float kGainStep_db = 0.05F;
+constexpr double kGainStep_db = 0.05;
 
 /// Half of it changes the loss by air at 20 kHz, 0.5 dB/m, by 0.06 dB, within an octave by less.
 constexpr double kLengthStep_m = 0.25;
@@ -18,7 +19,9 @@ constexpr double kLengthStep_m = 0.25;
 constexpr double kTail = 1e-8;
 
 /// Gains below it are raised by the design.
-constexpr float kLowest_db = -100;
+constexpr double kLowest_db = -100;
+
+constexpr double kDecibels = 20 / std::numbers::ln10;  ///< of a natural logarithm
 
 }  // namespace
 
@@ -36,7 +39,8 @@ std::span<const float> EarlyFilters::filter(std::size_t source, const std::array
     const float greatest = *std::max_element(gains.begin(), gains.end());
     Key key;
     for (std::size_t b = 0; b < gains.size(); ++b) {
-        const float level_db = 20 * std::log10(gains[b] / greatest);  // -inf without a gain
+        // In double precision C libraries agree on logarithms. -inf without a gain.
+        const double level_db = kDecibels * std::log(double{gains[b] / greatest});
         key[b] =
             static_cast<std::int16_t>(std::lround(std::max(level_db, kLowest_db) / kGainStep_db));
     }
@@ -53,7 +57,7 @@ std::span<const float> EarlyFilters::filter(std::size_t source, const std::array
 AlignedVector<float> EarlyFilters::design(const Key& key) {
     std::array<float, 8> gains;
     for (std::size_t b = 0; b < gains.size(); ++b)
-        gains[b] = std::pow(10.0F, static_cast<float>(key[b]) * kGainStep_db / 20);
+        gains[b] = static_cast<float>(std::exp(key[b] * kGainStep_db / kDecibels));
     designer_.design(gains, key.back() * kLengthStep_m, whole_);
     double energy = 0;
     for (const float x : whole_) energy += double{x} * double{x};
