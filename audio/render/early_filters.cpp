@@ -42,7 +42,7 @@ std::span<const float> EarlyFilters::filter(std::size_t source, const std::array
         // In double precision C libraries agree on logarithms. -inf without a gain.
         const double level_db = kDecibels * std::log(double{gains[b] / greatest});
         key[b] =
-            static_cast<std::int16_t>(std::lround(std::max(level_db, kLowest_db) / kGainStep_db));
+            static_cast<std::int16_t>(std::lround(std::max(kLowest_db, level_db) / kGainStep_db));
     }
     if (!has_air_) length_m = 0;
     // The design bounds the loss by air, which reaches the bound long before 8 km.

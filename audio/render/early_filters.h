@@ -38,7 +38,6 @@ class EarlyFilters {
     AlignedVector<float> design(const Key& key);
 
     bool has_air_;
-
     BandFilterDesigner designer_;
     std::size_t margin_;
     AlignedVector<float> whole_;

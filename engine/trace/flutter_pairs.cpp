@@ -27,7 +27,7 @@ constexpr float kClosest_m = 0.5F;
 /// probability of 0.02 %.
 constexpr std::uint32_t kLines = 64;
 
-/// As many of the largest planes send lines: 33,000, which take up to 10 ms in a large mesh.
+/// As many of the largest planes send lines: 33,000 rays at most.
 constexpr std::size_t kMostPlanes = 256;
 
 /// Planes at a larger angle turn the path out of a room of usual size within ten reflections.

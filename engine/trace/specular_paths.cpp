@@ -23,8 +23,8 @@ constexpr std::size_t kMaxListed = 4096;
 constexpr std::size_t kMaxDiscovered = 4096;
 constexpr std::uint32_t kChains = 512;
 
-// Images of flutter of all sources at a listener: a hard box has 600 of a source, which take a
-// third of the time of a frame.
+// Images of flutter of all sources at a listener, a choice: a hard box has 600 of a source, which
+// take an eighth of the time of a rendering.
 constexpr std::size_t kMaxFlutter = 1024;
 
 // Images are tested at this offset from their position: in symmetric rooms their paths meet edges
@@ -455,8 +455,8 @@ Point SpecularPaths::towards_source(const Point& from_listener, const Sequence& 
     return direction;
 }
 
-/// Whether a point is between two planes, or outside by no more than the listener's sphere. What
-/// flutters between them and is heard beyond them is left to rays.
+/// Whether a point is between two planes, or outside by no more than the listener's sphere. Rays
+/// have the flutter that is heard beyond the planes.
 bool SpecularPaths::is_between(const Alternating& alternating, const Point& point) const {
     for (std::size_t i = 0; i < 2; ++i) {
         const ScenePlanes::Plane& plane = planes_[alternating.sequence[i]];

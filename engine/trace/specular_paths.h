@@ -17,7 +17,7 @@
 
 namespace aula {
 
-/// Two large planes that face each other, between which sound goes to and fro.
+/// Two large planes that face each other and reflect sound alternately.
 struct FlutterPair {
     std::array<std::uint32_t, 2> planes{};
     std::size_t order = 0;  ///< of the last image source that is not yet 60 dB below the first

@@ -88,7 +88,7 @@ TEST_CASE("rays do not count the image sources of flutter") {
     const SpecularSound sound = specular.find(turned(kFrom), turned(kTo), false, Bands{});
     CHECK(sound.tried.size() == 2 * 53);
     for (const SoundPath& path : sound.paths) CHECK(sound.has_tried(path.key) == (path.order > 3));
-    // Those of places that the sphere of the listener does not reach are nobody's. Between, rays
+    // Images that the sphere of the listener does not meet are not tried. At its edge rays
     // may meet the sphere although no path meets its centre.
     CHECK(specular.find(turned(kFrom), Vec3(40, 30, 1), false, Bands{}).tried.empty());
     const SpecularSound beside =
