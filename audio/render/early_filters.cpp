@@ -25,12 +25,12 @@ constexpr double kDecibels = 20 / std::numbers::ln10;  ///< of a natural logarit
 
 }  // namespace
 
-EarlyFilters::EarlyFilters(double sample_rate_hz, std::size_t taps, const AirAttenuation& air,
-                           std::size_t margin, std::size_t sources)
-    : has_air_(static_cast<bool>(air)),
-      designer_(sample_rate_hz, taps, air),
+EarlyFilters::EarlyFilters(BandFilterDesigner& designer, bool has_air, std::size_t margin,
+                           std::size_t sources)
+    : designer_(designer),
+      has_air_(has_air),
       margin_(margin),
-      whole_(taps),
+      whole_(designer.taps()),
       used_(sources),
       before_(sources) {}
 

@@ -18,9 +18,10 @@ namespace aula {
 /// [propagation thread]
 class EarlyFilters {
  public:
-    /// `taps` as BandFilterDesigner. Filters have `margin` zeros at both ends.
-    EarlyFilters(double sample_rate_hz, std::size_t taps, const AirAttenuation& air,
-                 std::size_t margin, std::size_t sources);
+    /// `designer` has air if `has_air`, and outlives this. Filters have `margin` zeros at both
+    /// ends.
+    EarlyFilters(BandFilterDesigner& designer, bool has_air, std::size_t margin,
+                 std::size_t sources);
 
     /// The filter of gains as BandFilterDesigner::design has them, not all 0, re the greatest, up
     /// to the sample from which on it has less than -80 dB of its energy. Valid until the next
@@ -37,8 +38,8 @@ class EarlyFilters {
 
     AlignedVector<float> design(const Key& key);
 
+    BandFilterDesigner& designer_;
     bool has_air_;
-    BandFilterDesigner designer_;
     std::size_t margin_;
     AlignedVector<float> whole_;
     std::vector<Filters> used_;    ///< [source]

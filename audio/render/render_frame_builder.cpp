@@ -32,9 +32,8 @@ struct RenderFrameBuilder::State {
           hrtf(std::move(head)),
           shape(config, hrtf.get()),
           transform(shape.reverberation),
-          early_filters(config.sample_rate_hz, shape.early_taps, config.air, kMargin,
-                        config.sources),
           early_bands(config.sample_rate_hz, shape.early_taps, config.air),
+          early_filters(early_bands, static_cast<bool>(config.air), kMargin, config.sources),
           path_bands(config.sample_rate_hz, shape.path_taps, config.air),
           delayed(shape.early_taps + kInterpolationTaps - 1),
           moving(config.sources, std::vector<std::uint64_t>(shape.moving_paths - 1)),
@@ -47,8 +46,8 @@ struct RenderFrameBuilder::State {
     std::shared_ptr<const Hrtf> hrtf;  ///< kept alive
     RenderShape shape;
     FilterTransform transform;
-    EarlyFilters early_filters;
     BandFilterDesigner early_bands;
+    EarlyFilters early_filters;
     BandFilterDesigner path_bands;
     FractionalDelay interpolator;
 

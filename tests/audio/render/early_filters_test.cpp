@@ -49,7 +49,8 @@ std::vector<float> copy(std::span<const float> of) { return {of.begin(), of.end(
 }  // namespace
 
 TEST_CASE("The filters of early paths are within -45 dB of those of their gains") {
-    EarlyFilters filters(kRate_hz, kTaps, air, kMargin, 1);
+    BandFilterDesigner designer(kRate_hz, kTaps, air);
+    EarlyFilters filters(designer, true, kMargin, 1);
     for (const std::array<float, 8>& gains : kGains) {
         for (const double length_m : {3.1, 17.37, 211.1}) {
             const std::span<const float> filter = filters.filter(0, gains, length_m);
@@ -69,7 +70,8 @@ TEST_CASE("The filters of early paths are within -45 dB of those of their gains"
 }
 
 TEST_CASE("A filter of an early path does not depend on those that are kept") {
-    EarlyFilters filters(kRate_hz, kTaps, air, kMargin, 2);
+    BandFilterDesigner designer(kRate_hz, kTaps, air);
+    EarlyFilters filters(designer, true, kMargin, 2);
     const auto first = copy(filters.filter(0, kGains[0], 17.37));
     CHECK(first.size() < kMargin + kTaps * 2 / 3 + kMargin);
     // A decimetre farther, of other strength, of another source, after other paths and frames.
@@ -93,7 +95,8 @@ TEST_CASE("A filter of an early path does not depend on those that are kept") {
         CHECK(copy(filters.filter(0, other, 17.37)) != first);
     }
     // Without air there is no loss over a length.
-    EarlyFilters vacuum(kRate_hz, kTaps, {}, kMargin, 1);
+    BandFilterDesigner of_vacuum(kRate_hz, kTaps);
+    EarlyFilters vacuum(of_vacuum, false, kMargin, 1);
     CHECK(vacuum.filter(0, kGains[0], 18).data() == vacuum.filter(0, kGains[0], 400).data());
 }
 
