@@ -153,16 +153,10 @@ TEST_CASE("flutter between two hard walls and rays share its energy") {
         return sum;
     }();
     for (const bool is_turned : {false, true}) {
-        Object room = test::box(kSize);
-        Scene scene = test::grey_room(room, 0.9F, 0, kSource, kListener);
+        Scene scene = test::grey_room(test::box(kSize), 0.9F, 0, kSource, kListener);
         scene.materials.push_back(scene.materials[0]);
         scene.materials[1].absorption = Bands::filled(0.05F);
-        for (std::size_t t = 0; t < room.triangles.size(); ++t) {
-            const auto& corners = room.triangles[t];
-            const float at = room.vertices[corners[0]].y;
-            if (room.vertices[corners[1]].y == at && room.vertices[corners[2]].y == at)
-                scene.objects[0].triangle_materials[t] = 1;
-        }
+        test::set_walls_across_y(scene.objects[0], 1);
         if (is_turned) {
             for (Vec3& vertex : scene.objects[0].vertices) vertex = turned(vertex);
             scene.sources[0].position = turned(kSource);

@@ -34,6 +34,15 @@ Object box(const Vec3& size, std::uint32_t material, const Vec3& corner) {
     return object;
 }
 
+void set_walls_across_y(Object& box, std::uint32_t material) {
+    for (std::size_t t = 0; t < box.triangles.size(); ++t) {
+        const auto& corners = box.triangles[t];
+        const float at = box.vertices[corners[0]].y;
+        if (box.vertices[corners[1]].y == at && box.vertices[corners[2]].y == at)
+            box.triangle_materials[t] = material;
+    }
+}
+
 Object bumpy_box(const Vec3& size, float cell_m, float bump_m) {
     Object object;
     RandomStream random(1);

@@ -19,6 +19,9 @@ Object bumpy_box(const Vec3& size, float cell_m, float bump_m);
 /// A triangulated sphere around the origin: an icosahedron, each face divided into 4^subdivisions.
 Object icosphere(float radius_m, int subdivisions);
 
+/// Assigns a material to the two walls of a box that are perpendicular to the y axis.
+void set_walls_across_y(Object& box, std::uint32_t material);
+
 /// A square in the plane z = 0 around the origin, facing up.
 Object square(float half_side_m);
 

@@ -158,8 +158,7 @@ TEST_CASE("A flutter echo between hard walls repeats as that of its image source
         const auto placed = [&](const Vec3& p) {
             return is_turned ? Vec3(0.8F * p.x - 0.6F * p.y, 0.6F * p.x + 0.8F * p.y, p.z) : p;
         };
-        const Object room = test::box(size);
-        Scene scene = test::grey_room(room, 0.97F, 0, placed(source), placed(listener));
+        Scene scene = test::grey_room(test::box(size), 0.97F, 0, placed(source), placed(listener));
         scene.simulation = {};
         scene.simulation.waves_hz = 0;
         scene.simulation.specular_order = specular_order;
@@ -167,12 +166,7 @@ TEST_CASE("A flutter echo between hard walls repeats as that of its image source
         scene.simulation.threads = 1;
         scene.materials.push_back(scene.materials[0]);
         scene.materials[1].absorption = Bands::filled(0.03F);
-        for (std::size_t t = 0; t < room.triangles.size(); ++t) {
-            const auto& corners = room.triangles[t];
-            const float at = room.vertices[corners[0]].y;
-            if (room.vertices[corners[1]].y == at && room.vertices[corners[2]].y == at)
-                scene.objects[0].triangle_materials[t] = 1;
-        }
+        test::set_walls_across_y(scene.objects[0], 1);
         for (Vec3& vertex : scene.objects[0].vertices) vertex = placed(vertex);
         return mono_response(scene, 4);
     };
