@@ -31,6 +31,16 @@ ControlInfo coordinate(const char* symbol, const char* name, const char* group, 
             .group = group};
 }
 
+ControlInfo room_share(const char* symbol, const char* name, const char* group) {
+    return {.symbol = symbol,
+            .name = name,
+            .least = -1,
+            .greatest = 1,
+            .initial = 0,
+            .group = group,
+            .comment = "0: the place in metres; -1 and 1: the ends of the room."};
+}
+
 ControlInfo angle(const char* symbol, const char* name, const char* group, float greatest,
                   const char* comment) {
     return {.symbol = symbol,
@@ -125,6 +135,12 @@ std::vector<ControlInfo> make_controls() {
          .kind = ControlInfo::Kind::enumeration,
          .scale_points = room_labels(),
          .comment = "A room that ships with Aula, or the scene file of the state."},
+        room_share("source_room_x", "Source in Room X (front)", "source"),
+        room_share("source_room_y", "Source in Room Y (left)", "source"),
+        room_share("source_room_z", "Source in Room Z (up)", "source"),
+        room_share("listener_room_x", "Listener in Room X (front)", "listener"),
+        room_share("listener_room_y", "Listener in Room Y (left)", "listener"),
+        room_share("listener_room_z", "Listener in Room Z (up)", "listener"),
     };
 }
 

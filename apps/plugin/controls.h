@@ -52,10 +52,16 @@ enum class Control : std::size_t {
     room_group,
     enabled,
     source_yaw,
-    room
+    room,
+    source_room_x,
+    source_room_y,
+    source_room_z,
+    listener_room_x,
+    listener_room_y,
+    listener_room_z
 };
 
-inline constexpr std::size_t kControls = static_cast<std::size_t>(Control::room) + 1;
+inline constexpr std::size_t kControls = static_cast<std::size_t>(Control::listener_room_z) + 1;
 
 /// Values of all controls, by Control.
 using ControlValues = std::array<float, kControls>;

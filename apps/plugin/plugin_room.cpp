@@ -18,6 +18,9 @@ namespace {
 /// Distance of the two sources of a stereo input, m: a choice, that of near loudspeakers.
 constexpr float kStereoWidth_m = 1;
 
+/// Distance of the ends of a room from its box, m: a head, which does not enter a wall.
+constexpr float kFromWall_m = 0.1F;
+
 float radians(float degrees) { return degrees * std::numbers::pi_v<float> / 180; }
 
 /// Whether controls from `first` on have their initial values.
@@ -38,6 +41,14 @@ bool are_equal(const ControlValues& a, const ControlValues& b, Control first, st
 Vec3 position(const ControlValues& values, Control first) {
     const auto i = static_cast<std::size_t>(first);
     return {values[i], values[i + 1], values[i + 2]};
+}
+
+/// A coordinate moved by a share from -1 to 1 towards an end of the room, which reaches from `low`
+/// to `high`. Nothing moves away from an end that it is beyond.
+float moved(float place, float share, float low, float high) {
+    const float inset = std::min(kFromWall_m, (high - low) / 2);
+    const float end = share < 0 ? std::min(low + inset, place) : std::max(high - inset, place);
+    return std::lerp(place, end, std::abs(share));
 }
 
 /// Rays of a quality per ray of the scene.
@@ -116,15 +127,26 @@ ControlValues initial_values() {
 
 SceneControls::SceneControls(const Scene& scene, std::size_t sources)
     : sources_(sources),
+      room_(geometry_bounds(scene.objects)),
       scene_source_(scene.sources[0].pose_at(0)),
       scene_listener_(scene.listener.pose),
       scene_gain_db_(scene.sources[0].gain_db),
       scene_rays_(scene.simulation.ray_count()) {}
 
+/// A place moved by the three shares from `first` on. Without geometry there is no room.
+Vec3 SceneControls::in_room(Vec3 place, const ControlValues& values, Control first) const {
+    if (room_.min.x > room_.max.x) return place;
+    const Vec3 shares = position(values, first);
+    for (int axis = 0; axis < 3; ++axis)
+        place[axis] = moved(place[axis], shares[axis], room_.min[axis], room_.max[axis]);
+    return place;
+}
+
 Pose SceneControls::source_pose(const ControlValues& values, std::size_t source) const {
     Pose pose = scene_source_;
     if (!are_initial(values, Control::source_x, 3))
         pose.position = position(values, Control::source_x);
+    pose.position = in_room(pose.position, values, Control::source_room_x);
     const float yaw = radians(value_of(values, Control::source_yaw));
     pose.yaw_rad += yaw;
     if (sources_ == 2) {
@@ -138,6 +160,7 @@ Pose SceneControls::listener_pose(const ControlValues& values) const {
     Pose pose = scene_listener_;
     if (!are_initial(values, Control::listener_x, 3))
         pose.position = position(values, Control::listener_x);
+    pose.position = in_room(pose.position, values, Control::listener_room_x);
     if (!are_initial(values, Control::listener_yaw, 3)) {
         pose.yaw_rad = radians(value_of(values, Control::listener_yaw));
         pose.pitch_rad = radians(value_of(values, Control::listener_pitch));
@@ -170,13 +193,15 @@ void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) 
     const auto differ = [&](Control first, std::size_t count) {
         return !are_equal(values, applied_, first, count);
     };
-    const bool sources_move = differ(Control::source_x, 3) || differ(Control::source_yaw, 1);
+    const bool sources_move = differ(Control::source_x, 3) || differ(Control::source_yaw, 1) ||
+                              differ(Control::source_room_x, 3);
     for (std::size_t s = 0; s < controls_.sources(); ++s) {
         const SourceId id = source_id(s);
         if (sources_move) auralizer.set_source(id, controls_.source_pose(values, s));
         if (differ(Control::gain_db, 1)) auralizer.set_gain(id, controls_.gain_db(values));
     }
-    if (differ(Control::listener_x, 6)) auralizer.set_listener(controls_.listener_pose(values));
+    if (differ(Control::listener_x, 6) || differ(Control::listener_room_x, 3))
+        auralizer.set_listener(controls_.listener_pose(values));
     if (differ(Control::direct, 3)) auralizer.set_part_gains(controls_.part_gains(values));
     if (differ(Control::quality, 1)) auralizer.set_rays(controls_.rays(values));
     applied_ = values;

@@ -41,8 +41,9 @@ class SceneControls {
 
     std::size_t sources() const { return sources_; }
 
-    /// Places whose controls have their initial values are those of the scene. Two sources are a
-    /// metre apart, the first one on the left for a listener who looks along X.
+    /// Places whose controls have their initial values are those of the scene. Shares of the room
+    /// move a place towards an end of the room's box. Two sources are a metre apart, the first one
+    /// on the left for a listener who looks along X.
     Pose source_pose(const ControlValues& values, std::size_t source) const;
     Pose listener_pose(const ControlValues& values) const;
 
@@ -51,7 +52,10 @@ class SceneControls {
     static PartGains part_gains(const ControlValues& values);
 
  private:
+    Vec3 in_room(Vec3 place, const ControlValues& values, Control first) const;
+
     std::size_t sources_;
+    Bounds room_;  ///< of all geometry
     Pose scene_source_;
     Pose scene_listener_;
     float scene_gain_db_;

@@ -88,6 +88,7 @@ TEST_CASE("Rendered offline in blocks of any size a plugin gives the same bytes"
     std::vector<ClapChange> changes;
     for (std::size_t n = 0; n < 20; ++n)
         changes.push_back({61 * n, Control::source_x, 3 + 0.05 * static_cast<double>(n)});
+    changes.push_back({705, Control::source_room_y, -0.75});
     changes.push_back({1305, Control::gain_db, -6.0});
     const Channels reference = bounce(id, input, {256}, changes);
     REQUIRE(reference.size() == (is_stereo ? 4U : id == kMono ? 2U : 16U));
@@ -241,9 +242,11 @@ TEST_CASE("The state is saved and loaded in parts, and what is no state is refus
     host.run({noise(100)}, {100});
     REQUIRE(host.load("{\"aula_room\": 1, \"scene\": \"" + scene +
                       "\", \"seed\": 18446744073709551615, \"walls\": [1, 2],"
-                      " \"controls\": {\"source_x\": 7.5, \"enabled\": 0, \"colour\": 3,"
+                      " \"controls\": {\"source_x\": 7.5, \"source_room_x\": -0.25, \"enabled\": "
+                      "0, \"colour\": 3,"
                       " \"wet\": \"much\", \"gain_db\": 1e9}}"));
     CHECK(host.get(Control::source_x) == 7.5);
+    CHECK(host.get(Control::source_room_x) == -0.25);
     CHECK(host.get(Control::enabled) == 1);  // bypassed
     CHECK(host.get(Control::wet) == 1);
     CHECK(host.get(Control::gain_db) == 24);
@@ -348,6 +351,7 @@ TEST_CASE("In real time a plugin neither allocates, frees, locks nor writes") {
     for (int calls = 0; std::chrono::steady_clock::now() < end; ++calls) {
         host.set(Control::source_x, 3 + 0.01 * (calls % 100));
         host.set(Control::source_yaw, calls % 180);
+        host.set(Control::listener_room_y, 0.01 * (calls % 100));
         host.set(Control::enabled, calls % 50 < 40 ? 0 : 1);
         host.set(Control::room, calls / 200 % 2);
         host.set(Control::room_group, calls / 400 % 2);

@@ -107,6 +107,10 @@ TEST_CASE("A preset that places the listener does not leave its orientation to t
     const float degrees = std::stof(presets.substr(at + value.size()));
     CHECK(degrees != 0);  // 0 is the orientation of the scene
     CHECK(std::abs(degrees) < 1);
+    // It resets the shares of the room: its places are those in metres.
+    const std::size_t end = presets.find("pset:Preset", preset);
+    CHECK(presets.find("\"source_room_x\"", preset) < end);
+    CHECK(presets.find("\"listener_room_z\"", preset) < end);
 }
 
 TEST_CASE("The installed bundle contains its scenes and needs no other folder") {

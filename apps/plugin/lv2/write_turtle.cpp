@@ -242,9 +242,11 @@ std::string presets_file() {
             text << " ;\n\tstate:state [ <" AULA_PLUGIN_URI "#scene> <" << preset.scene << "> ]";
         text << " ;\n\tlv2:port";
         // The places, and that the scene of the state is heard; all other controls stay.
+        const auto belongs = [](Control control) {
+            return control <= Control::listener_roll || control >= Control::room;
+        };
         for (std::size_t i = 0; i < kControls; ++i) {
-            const auto control = static_cast<Control>(i);
-            if (control > Control::listener_roll && control != Control::room) continue;
+            if (!belongs(static_cast<Control>(i))) continue;
             text << (i == 0 ? " [" : " , [") << "\n\t\tlv2:symbol \"" << control_infos()[i].symbol
                  << "\" ;\n\t\tpset:value " << number(values[i]) << "\n\t]";
         }

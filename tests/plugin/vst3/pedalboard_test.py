@@ -35,6 +35,8 @@ assert render(plugin, 64)[0] == digest, "other bytes with other buffers"
 # Parameters by the names that the host makes of them; the state makes another instance sound alike.
 plugin.source_yaw = "90.00"
 plugin.source_x_front_m = "5.00"
+plugin.source_in_room_x_front = -0.5
+assert abs(render(plugin, 512)[1] - sound).max() > 0.001
 plugin.room = "bright room"
 moved = render(plugin, 512)[0]
 assert moved != digest

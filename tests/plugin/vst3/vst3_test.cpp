@@ -36,14 +36,16 @@ TEST_CASE("A plugin gives the bytes of the CLAP plugin in blocks of any size") {
     const std::string state = small_room(folder);
     Channels input{noise(1200, 1), noise(1200, 2)};
     input.resize(plugin::kKinds[kind].sources);
-    // Listener and gain at samples that are no multiple of a block; 0.5 of both is their middle.
+    // Listener, gain and source at samples that are no multiple of a block.
     ClapHost clap(plugin::kKinds[kind].id);
     REQUIRE(clap.load(state));
     clap.set_offline(true);
     REQUIRE(clap.activate());
-    const Channels reference = clap.run(
-        input, {256},
-        {{101, Control::listener_yaw, 90}, {101, Control::gain_db, -18}, {999, Control::wet, 0.5}});
+    const Channels reference = clap.run(input, {256},
+                                        {{101, Control::listener_yaw, 90},
+                                         {101, Control::gain_db, -18},
+                                         {555, Control::source_room_y, -0.5},
+                                         {999, Control::wet, 0.5}});
     REQUIRE(reference.size() == channel_count(plugin::kKinds[kind].output));
     for (const std::size_t size : {1200U, 97U}) {
         INFO("blocks of " << size);
@@ -54,6 +56,7 @@ TEST_CASE("A plugin gives the bytes of the CLAP plugin in blocks of any size") {
         CHECK((vst3.run(input, size,
                         {{999, Control::wet, 0.5},
                          {101, Control::listener_yaw, 0.75},
+                         {555, Control::source_room_y, 0.25},
                          {101, Control::gain_db, 0.5}}) == reference));
     }
 }
