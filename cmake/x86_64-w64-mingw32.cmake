@@ -18,6 +18,6 @@ set(ENV{PKG_CONFIG_LIBDIR} "${AULA_WINDOWS_LIBRARIES}/lib/pkgconfig")
 # 54412): the assembler makes moves of vectors that allow it, which are as fast.
 add_compile_options("$<$<COMPILE_LANGUAGE:C,CXX>:-Wa,-muse-unaligned-vector-move>")
 # The binaries need no library of MinGW beside them.
-foreach(kind EXE SHARED)
+foreach(kind EXE SHARED MODULE)
     set(CMAKE_${kind}_LINKER_FLAGS_INIT -static)
 endforeach()

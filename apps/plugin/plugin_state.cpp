@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "process/files.h"
+
 namespace aula::plugin {
 
 namespace {
@@ -45,8 +47,8 @@ std::optional<PluginState> read_state(std::string_view text) {
     if (!json.contains(kFormat)) return std::nullopt;
     PluginState state;
     state.read_from = text;
-    state.files.scene = text_of(json, "scene");
-    state.files.hrtf = text_of(json, "hrtf");
+    state.files.scene = utf8_path(text_of(json, "scene"));
+    state.files.hrtf = utf8_path(text_of(json, "hrtf"));
     if (const auto seed = json.find("seed"); seed != json.end() && seed->is_number_unsigned())
         state.files.seed = seed->get<std::uint64_t>();
     const auto controls = json.find("controls");

@@ -9,6 +9,7 @@
 #include "apps/plugin/shared_room.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/base/printable.h"
+#include "process/files.h"
 
 namespace aula::plugin {
 
@@ -142,7 +143,7 @@ void RoomLoader::handle_requests() {
         const std::lock_guard lock(mutex_);
         std::filesystem::path& file =
             message->property == Property::scene ? files_.scene : files_.hrtf;
-        file = message->view();
+        file = utf8_path(message->view());
         ++wanted_;
         wants_replies_ = true;
     }

@@ -1,7 +1,7 @@
 # cmake -D BUILD=build/release -P cmake/packaging/archive.cmake: writes the archive
 # BUILD/aula-VERSION-linux-PROCESSOR.tar.xz of the program, the LV2 plugins, the C interface, and,
-# if they are built, the CLAP and VST3 plugins, aula~ for Pure Data and the extension of Godot with
-# its demo, with the libraries that they need. It runs in any folder of a Linux with the C library of the system that it is built on, or a later one.
+# if they are built, the CLAP and VST3 plugins, aula~ for Pure Data, the extension of Godot with its
+# demo and the package of Unity, with the libraries that they need. It runs in any folder of a Linux with the C library of the system that it is built on, or a later one.
 # Needs Debian's package patchelf, and the targets aula and aula_bundle. BUILD may be build/arm64, of .ci/arm64.
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(BUILD "${BUILD}" ABSOLUTE)
@@ -25,7 +25,7 @@ endfunction()
 # The files of Aula. Of the development files those of the C interface: the static libraries need
 # the development files of other libraries.
 file(REMOVE_RECURSE "${work}")
-foreach(component program c lv2 clap vst3 pd godot license)
+foreach(component program c lv2 clap vst3 pd godot unity license)
     run("${CMAKE_COMMAND}" --install "${BUILD}" --component ${component} --prefix "${root}" --strip)
 endforeach()
 run("${CMAKE_COMMAND}" --install "${BUILD}" --component dev --prefix "${work}/dev")
@@ -39,7 +39,8 @@ set(bundle "${root}/lib/lv2/aula.lv2")
 set(plugin "${bundle}/aula.so")
 file(GLOB other_plugins "${root}/lib/clap/aula/aula.clap"
      "${root}/lib/vst3/aula.vst3/Contents/*-linux/aula.so"
-     "${root}/lib/godot/addons/aula/libaula_godot.so")
+     "${root}/lib/godot/addons/aula/libaula_godot.so"
+     "${root}/lib/unity/aula/Plugins/*/libaudiopluginaula.so")
 foreach(binary "${program}" "${library}" "${plugin}")
     if(NOT EXISTS "${binary}")
         message(FATAL_ERROR "${binary} is missing; build the targets aula and aula_bundle")

@@ -40,8 +40,10 @@ const std::array kParts = {
          {"base", "convolution", "propagation", "rendering", "waves", ""},
          {"apps/session", "engine", "audio", "process"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
-    Part{"apps/plugin", {"", "lv2", "clap", "vst3"}, {"apps/session", "engine", "audio"}},
+    Part{
+        "apps/plugin", {"", "lv2", "clap", "vst3"}, {"apps/session", "engine", "audio", "process"}},
     Part{"apps/godot", {"interface", "sound", "bind", ""}, {}},
+    Part{"apps/unity", {""}, {"process"}},
     Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},
     Part{"apps/dataset",
          {"base", "plan", "shards", "merge"},

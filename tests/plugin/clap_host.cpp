@@ -1,7 +1,6 @@
 #include "tests/plugin/clap_host.h"
 
 #include <clap/ext/audio-ports.h>
-#include <dlfcn.h>
 #if __has_include(<clap/factory/plugin-factory.h>)
 #include <clap/factory/plugin-factory.h>
 #else
@@ -11,7 +10,8 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
-#include <stdexcept>
+
+#include "tests/plugin/shared_library.h"
 
 namespace aula::test {
 
@@ -19,10 +19,8 @@ namespace {
 
 const clap_plugin_factory_t& factory() {
     static const clap_plugin_factory_t* const found = [] {
-        void* const library = dlopen(AULA_CLAP_BINARY, RTLD_NOW);
-        if (library == nullptr) throw std::runtime_error(dlerror());
-        const auto* const entry =
-            static_cast<const clap_plugin_entry_t*>(dlsym(library, "clap_entry"));
+        const SharedLibrary library(AULA_CLAP_BINARY);
+        const auto* const entry = library.find<const clap_plugin_entry_t*>("clap_entry");
         demand(entry != nullptr && entry->init(AULA_CLAP_BINARY), "no clap_entry");
         return static_cast<const clap_plugin_factory_t*>(
             entry->get_factory(CLAP_PLUGIN_FACTORY_ID));

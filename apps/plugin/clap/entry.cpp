@@ -14,6 +14,8 @@
 #include <filesystem>
 
 #include "apps/plugin/clap/clap_plugin.h"
+#include "process/files.h"
+#include "process/module.h"
 
 namespace {
 
@@ -74,7 +76,8 @@ extern "C" CLAP_EXPORT const clap_plugin_entry_t clap_entry{
     .clap_version = CLAP_VERSION,
     .init =
         [](const char* file) {
-            folder() = std::filesystem::path(file).parent_path();
+            if (!aula::prepare_module()) return false;
+            folder() = aula::utf8_path(file).parent_path();
             return true;
         },
     .deinit = [] {},

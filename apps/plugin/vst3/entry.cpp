@@ -1,6 +1,5 @@
 // The entry points of the module and the factory of its plugins.
 
-#include <dlfcn.h>
 #include <travesty/factory.h>
 
 #include <algorithm>
@@ -10,9 +9,20 @@
 #include <filesystem>
 #include <span>
 
-#include "apps/plugin/vst3/vst3_plugin.h"
+#if defined(_WIN32)
+#include "process/child_process.h"
+#else
+#include <dlfcn.h>
+#endif
 
+#include "apps/plugin/vst3/vst3_plugin.h"
+#include "process/module.h"
+
+#if defined(_WIN32)
+#define AULA_EXPORT extern "C" __declspec(dllexport)
+#else
 #define AULA_EXPORT extern "C" __attribute__((visibility("default")))
+#endif
 
 namespace {
 
@@ -35,11 +45,16 @@ void copy_text(const char* text, std::span<char> to) {
     to[size] = 0;
 }
 
-/// Contents/Resources of the bundle, whose module is Contents/ARCHITECTURE/aula.so.
+/// Contents/Resources of the bundle, whose module is in Contents/ARCHITECTURE.
 std::filesystem::path resources() {
+#if defined(_WIN32)
+    const std::filesystem::path module = aula::beside_binary("aula.vst3");
+#else
     Dl_info info;
     if (dladdr(reinterpret_cast<const void*>(&resources), &info) == 0) return {};
-    return std::filesystem::path(info.dli_fname).parent_path().parent_path() / "Resources";
+    const std::filesystem::path module = info.dli_fname;
+#endif
+    return module.parent_path().parent_path() / "Resources";
 }
 
 // The factory is constant: references do not count.
@@ -119,9 +134,16 @@ const Factory* const kFactoryObject = &kFactory;
 }  // namespace
 
 AULA_EXPORT const void* GetPluginFactory();
+const void* GetPluginFactory() { return &kFactoryObject; }
+
+#if defined(_WIN32)
+AULA_EXPORT bool InitDll();
+AULA_EXPORT bool ExitDll();
+bool InitDll() { return aula::prepare_module(); }
+bool ExitDll() { return true; }
+#else
 AULA_EXPORT bool ModuleEntry(void* library);
 AULA_EXPORT bool ModuleExit();
-
-const void* GetPluginFactory() { return &kFactoryObject; }
-bool ModuleEntry(void*) { return true; }
+bool ModuleEntry(void*) { return aula::prepare_module(); }
 bool ModuleExit() { return true; }
+#endif

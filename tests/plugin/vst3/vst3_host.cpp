@@ -1,11 +1,11 @@
 #include "tests/plugin/vst3/vst3_host.h"
 
-#include <dlfcn.h>
 #include <travesty/factory.h>
 
 #include <algorithm>
 #include <cstring>
-#include <stdexcept>
+
+#include "tests/plugin/shared_library.h"
 
 namespace aula::test {
 
@@ -13,11 +13,16 @@ namespace {
 
 v3_plugin_factory_2** factory() {
     static v3_plugin_factory_2** const found = [] {
-        void* const library = dlopen(AULA_VST3_BINARY, RTLD_NOW);
-        if (library == nullptr) throw std::runtime_error(dlerror());
-        const auto enter = reinterpret_cast<bool (*)(void*)>(dlsym(library, "ModuleEntry"));
-        const auto get = reinterpret_cast<void* (*)()>(dlsym(library, "GetPluginFactory"));
-        demand(enter != nullptr && get != nullptr && enter(library), "no entry");
+        const SharedLibrary library(AULA_VST3_BINARY);
+#if defined(_WIN32)
+        const auto enter = library.find<bool (*)()>("InitDll");
+        demand(enter != nullptr && enter(), "no entry");
+#else
+        const auto enter = library.find<bool (*)(void*)>("ModuleEntry");
+        demand(enter != nullptr && enter(library.handle()), "no entry");
+#endif
+        const auto get = library.find<void* (*)()>("GetPluginFactory");
+        demand(get != nullptr, "no factory");
         auto** const first = static_cast<v3_plugin_factory**>(get());
         v3_plugin_factory_2** second = nullptr;
         v3_cpp_obj_query_interface(first, v3_plugin_factory_2_iid, &second);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -20,12 +21,12 @@ const std::string kMono = plugin::kKinds[0].id;
 
 /// The state of a small room with few rays.
 std::string small_room(const TemporaryFolder& folder) {
-    const std::string file = folder.write("room.json", R"({"aula": 1,
+    const std::filesystem::path file = folder.write("room.json", R"({"aula": 1,
         "geometry": [{"box": [9, 7, 3], "material": "brick"}],
         "sources": [{"name": "s", "position": [6.5, 4.25, 1.5], "signal": "impulse"}],
         "listener": {"position": [3.5, 3.5, 1.5]},
         "simulation": {"rays": 200, "ir_length_s": 0.3}})");
-    return "{\"aula_room\": 1, \"scene\": \"" + file + "\"}";
+    return "{\"aula_room\": 1, \"scene\": \"" + file.generic_string() + "\"}";
 }
 
 }  // namespace
@@ -128,7 +129,8 @@ TEST_CASE("State, parameters and buses, and what cannot be is refused") {
     CHECK(processor.can_process_sample_size(other.processor(), V3_SAMPLE_64) == V3_FALSE);
     void* none = &found;
     CHECK(v3_cpp_obj_query_interface(other.component(), v3_bstream_iid,
-                                     reinterpret_cast<void***>(&none)) == V3_NO_INTERFACE);
+                                     reinterpret_cast<void***>(&none)) ==
+          static_cast<v3_result>(V3_NO_INTERFACE));
     CHECK(none == nullptr);
 }
 
