@@ -24,6 +24,9 @@ constexpr int kSamplesPerPatch = 16;  // on a full cell
 // Where only some samples count: energies are inversely proportional to the area, and an error of a
 // fifth would bias their mean by 4 %.
 constexpr int kFineSamples = 64;
+// Share of the samples of a patch that none of the walks has hit (SoundReach::mark). Hardly any
+// energy arrives there: an error of its area is not heard. Outdoors most patches are far away.
+constexpr float kUnmarkedShare = 0.25F;
 constexpr int kSideSamples = 256;      // where panels of moving objects divide a patch
 constexpr float kAllReached = 0.999F;  // share of a patch's area, up to rounding
 /// Number of cells that a moving object intersects, relative to its area in cell faces: it has two
@@ -76,10 +79,13 @@ struct PatchGrid::State {
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
             const bool may_move = scene.moves(triangle);
-            sampler.for_each_patch(t, [](std::uint32_t, const Vec3&, float) {});
+            sampler.for_each_patch(t, [&](std::uint32_t patch, const Vec3&, float) {
+                if (!may_move) static_parts.emplace_back(patch, t);
+            });
             (may_move ? moving_triangles : static_triangles).push_back(t);
             if (may_move) moving_m2 += double{triangle.area_m2()};
         }
+        std::sort(static_parts.begin(), static_parts.end());
         index.keep_present();
         rows_of_moving = kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2);
         return mark(max_patches - rows_of_moving);
@@ -134,8 +140,7 @@ struct PatchGrid::State {
             for_each_inner_part(
                 [&](std::uint32_t patch, float area) { static_area_m2[patch] += area; });
         } else {
-            const std::vector<SurfaceSample> heard =
-                add_reachable(static_triangles, static_area_m2);
+            const std::vector<SurfaceSample> heard = add_reachable(false, static_area_m2);
             if (sides.add_partitions(partitions(heard)))
                 static_crossed = crossings(static_triangles);
         }
@@ -159,7 +164,7 @@ struct PatchGrid::State {
         sides.begin_move();
         divide();
         area_m2 = static_area_m2;
-        add_reachable(moving_triangles, area_m2);
+        add_reachable(true, area_m2);
         index.release_unused([&](std::uint32_t patch) { sides.remove(patch); });
         sides.end_move();
         area_m2.resize(index.size());
@@ -203,19 +208,9 @@ struct PatchGrid::State {
         return crossed;
     }
 
-    void find_static_parts() {
-        for (const std::uint32_t t : static_triangles) {
-            sampler.for_each_patch(t, [&](std::uint32_t patch, const Vec3&, float) {
-                static_parts.emplace_back(patch, t);
-            });
-        }
-        std::sort(static_parts.begin(), static_parts.end());
-    }
-
     /// Divides the patches of the cells that panels cross.
     void divide() {
         if (sides.panel_count() == 0) return;
-        if (static_parts.empty()) find_static_parts();
         auto crossed = crossings(moving_triangles);
         crossed.insert(crossed.end(), static_crossed.begin(), static_crossed.end());
         std::vector<std::uint32_t> divided;
@@ -240,22 +235,28 @@ struct PatchGrid::State {
         }
     }
 
-    /// Many samples, in ascending order of patches, of the static surface that sound can reach.
-    std::vector<SurfaceSample> static_samples(const std::vector<std::uint32_t>& patches) {
+    /// The static triangles with a part in one of the patches, ascending.
+    std::vector<std::uint32_t> static_triangles_in(
+        const std::vector<std::uint32_t>& patches) const {
         std::vector<std::uint32_t> triangles;
         for (const std::uint32_t patch : patches) {
             auto part = std::lower_bound(static_parts.begin(), static_parts.end(),
                                          std::pair{patch, std::uint32_t{0}});
-            for (; part != static_parts.end() && part->first == patch; ++part) {
-                if (static_area_m2[patch] > 0) triangles.push_back(part->second);
-            }
+            for (; part != static_parts.end() && part->first == patch; ++part)
+                triangles.push_back(part->second);
         }
         std::sort(triangles.begin(), triangles.end());
         triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+        return triangles;
+    }
+
+    /// Many samples, in ascending order of patches, of the static surface that sound can reach.
+    std::vector<SurfaceSample> static_samples(std::vector<std::uint32_t> patches) {
+        std::erase_if(patches, [&](std::uint32_t patch) { return !(static_area_m2[patch] > 0); });
+        const std::vector<std::uint32_t> triangles = static_triangles_in(patches);
         std::vector<SurfaceSample> samples =
             sampler.sample(triangles, kSideSamples, [&](std::uint32_t patch) {
-                return static_area_m2[patch] > 0 &&
-                       std::binary_search(patches.begin(), patches.end(), patch);
+                return std::binary_search(patches.begin(), patches.end(), patch) ? 1.0F : 0.0F;
             });
         // Patches that are completely reached need no rays.
         std::map<std::uint32_t, float> all_m2;
@@ -273,14 +274,17 @@ struct PatchGrid::State {
         return samples;
     }
 
-    /// Adds the area of the given triangles that sound can reach. Where only part of a patch can be
-    /// reached, many more samples estimate the share. Returns samples that sound reaches.
-    std::vector<SurfaceSample> add_reachable(const std::vector<std::uint32_t>& triangles,
-                                             std::vector<float>& areas) {
-        std::vector<SurfaceSample> samples =
-            sampler.sample(triangles, kSamplesPerPatch, [](std::uint32_t) { return true; });
+    /// Adds the area of the static triangles, or of the moving ones, that sound can reach. Where
+    /// only part of a patch can be reached, many more samples estimate the share. Static patches
+    /// that are not marked have few. Returns samples that sound reaches.
+    std::vector<SurfaceSample> add_reachable(bool moving, std::vector<float>& areas) {
+        const std::vector<std::uint32_t>& triangles = moving ? moving_triangles : static_triangles;
+        const auto matters = [&](std::uint32_t patch) { return moving || reach.marked(patch); };
+        const std::vector<SurfaceSample> samples = sampler.sample(
+            triangles, kSamplesPerPatch,
+            [&](std::uint32_t patch) { return matters(patch) ? 1 : kUnmarkedShare; });
         areas.resize(index.size());
-        std::vector<char> reached = reach.reaches(samples, workers);
+        const std::vector<char> reached = reach.reaches(samples, workers);
         std::vector<char> some(areas.size(), 0);
         std::vector<char> others(areas.size(), 0);
         for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -288,19 +292,27 @@ struct PatchGrid::State {
         }
         const auto add = [&](const SurfaceSample& s) {
             areas[s.patch] += s.area_m2;
-            if (!scene.moves(scene.triangle(s.triangle))) return;
-            sides.add_moving(s.patch, s.nudged_off_surface(), s.area_m2);
+            if (moving) sides.add_moving(s.patch, s.nudged_off_surface(), s.area_m2);
         };
-        const auto in_part = [&](std::uint32_t patch) { return some[patch] && others[patch]; };
+        const auto is_fine = [&](std::uint32_t patch) {
+            return matters(patch) && some[patch] && others[patch];
+        };
         std::vector<SurfaceSample> heard;
         for (std::size_t i = 0; i < samples.size(); ++i) {
-            if (reached[i]) heard.push_back(samples[i]);
-            if (some[samples[i].patch] && !in_part(samples[i].patch)) add(samples[i]);
+            if (!reached[i]) continue;
+            heard.push_back(samples[i]);
+            if (!is_fine(samples[i].patch)) add(samples[i]);
         }
-        samples = sampler.sample(triangles, kFineSamples, in_part);
-        reached = reach.reaches(samples, workers);
-        for (std::size_t i = 0; i < samples.size(); ++i) {
-            if (reached[i]) add(samples[i]);
+        std::vector<std::uint32_t> fine;
+        for (std::uint32_t patch = 0; patch < some.size(); ++patch) {
+            if (is_fine(patch)) fine.push_back(patch);
+        }
+        const std::vector<SurfaceSample> fine_samples =
+            sampler.sample(moving ? triangles : static_triangles_in(fine), kFineSamples,
+                           [&](std::uint32_t patch) { return is_fine(patch) ? 1.0F : 0.0F; });
+        const std::vector<char> fine_reached = reach.reaches(fine_samples, workers);
+        for (std::size_t i = 0; i < fine_samples.size(); ++i) {
+            if (fine_reached[i]) add(fine_samples[i]);
         }
         return heard;
     }

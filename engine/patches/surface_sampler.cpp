@@ -45,44 +45,49 @@ void SurfaceSampler::for_each_patch(
                                 const Vec3& normal) { visit(patch, normal, area); });
 }
 
-/// The number of samples per square metre. Each sample is tested by rays, which take the longer the
-/// more faces cross: without a limit of the samples, time would increase with the square of the
-/// number of faces.
+/// The number of samples per square metre of a patch of share 1. Each sample is tested by rays,
+/// which take the longer the more faces cross: without a limit of the samples, time would increase
+/// with the square of the number of faces.
 float SurfaceSampler::density(std::span<const std::uint32_t> triangles, int per_cell,
-                              const std::function<bool(std::uint32_t)>& wanted) {
+                              const ShareOf& share_of) {
     constexpr double kFewSamples = 1 << 14;  // tested in less than 0.1 s
     const float full_per_m2 = static_cast<float>(per_cell) / (grid_.size_m() * grid_.size_m());
     double all_m2 = 0;
     for (const std::uint32_t t : triangles) all_m2 += 2 * double{scene_.triangle(t).area_m2()};
     if (all_m2 * double{full_per_m2} <= kFewSamples) return full_per_m2;
-    double wanted_m2 = 0;
+    double area_m2 = 0;  // times the shares
+    double patches = 0;
     std::vector<char> counted;
     for (const std::uint32_t t : triangles) {
         for_each_part(t, [&](std::uint32_t patch, const ClippedPolygon&, float area, const Vec3&) {
-            if (!wanted(patch)) return;
+            const float share = share_of(patch);
+            if (!(share > 0)) return;
+            area_m2 += double{share * area};
             if (counted.size() <= patch) counted.resize(index_.size());
+            if (counted[patch]) return;
             counted[patch] = 1;
-            wanted_m2 += double{area};
+            patches += double{share};
         });
     }
-    const auto patches = static_cast<double>(std::count(counted.begin(), counted.end(), 1));
-    const double most_per_m2 = kFullCells * per_cell * patches / wanted_m2;
-    return wanted_m2 > 0 && most_per_m2 < double{full_per_m2} ? static_cast<float>(most_per_m2)
-                                                              : full_per_m2;
+    const double most_per_m2 = kFullCells * per_cell * patches / area_m2;
+    return area_m2 > 0 && most_per_m2 < double{full_per_m2} ? static_cast<float>(most_per_m2)
+                                                            : full_per_m2;
 }
 
-std::vector<SurfaceSample> SurfaceSampler::sample(
-    std::span<const std::uint32_t> triangles, int per_cell,
-    const std::function<bool(std::uint32_t)>& wanted) {
+std::vector<SurfaceSample> SurfaceSampler::sample(std::span<const std::uint32_t> triangles,
+                                                  int per_cell, const ShareOf& share_of) {
     std::vector<SurfaceSample> samples;
     std::vector<Reservoir> reservoirs;  // [patch]
-    const float samples_per_m2 = density(triangles, per_cell, wanted);
+    const float full_per_m2 = density(triangles, per_cell, share_of);
     for (const std::uint32_t t : triangles) {
         const ScrambledSobol sobol(derive_seed(seed_, t));
         std::uint32_t next = 0;
         for_each_part(t, [&](std::uint32_t patch, const ClippedPolygon& part, float area,
                              const Vec3& normal) {
-            if (!wanted(patch)) return;
+            const float share = share_of(patch);
+            if (!(share > 0)) return;
+            const float samples_per_m2 = share * full_per_m2;
+            const float most = share * static_cast<float>(per_cell);
             const auto sample_of = [&](float area_m2) {
                 const Vec3 point =
                     grid_.origin() + part.point(sobol.point(next++)) - RayScene::kOffset_m * normal;
@@ -90,7 +95,7 @@ std::vector<SurfaceSample> SurfaceSampler::sample(
             };
             if (area * samples_per_m2 >= 1) {
                 const int count =
-                    std::min(static_cast<int>(std::ceil(area * samples_per_m2)), per_cell);
+                    static_cast<int>(std::ceil(std::min(area * samples_per_m2, most)));
                 for (int i = 0; i < count; ++i) {
                     samples.push_back(sample_of(area / static_cast<float>(count)));
                 }

@@ -35,19 +35,20 @@ class SurfaceSampler {
     void for_each_patch(std::uint32_t triangle,
                         const std::function<void(std::uint32_t, const Vec3&, float)>& visit);
 
-    /// Samples triangles in proportion to area, with `per_cell` samples for a full cell, in patches
-    /// for which `wanted(patch)` is true. Where many faces cross in each cell they are fewer: about
-    /// kFullCells * `per_cell` for a patch on the mean. The areas of a patch's samples add up to
-    /// its area.
+    /// The share of the samples that a patch gets, 0 to 1.
+    using ShareOf = std::function<float(std::uint32_t patch)>;
+
+    /// Samples triangles in proportion to area, with `per_cell` samples for a full cell times the
+    /// share of its patch. Where many faces cross in each cell they are fewer: about kFullCells *
+    /// `per_cell` for a patch on the mean. The areas of a patch's samples add up to its area.
     std::vector<SurfaceSample> sample(std::span<const std::uint32_t> triangles, int per_cell,
-                                      const std::function<bool(std::uint32_t)>& wanted);
+                                      const ShareOf& share_of);
 
     /// Patches of furnished rooms have up to the area of one full cell on the mean.
     static constexpr double kFullCells = 2;
 
  private:
-    float density(std::span<const std::uint32_t> triangles, int per_cell,
-                  const std::function<bool(std::uint32_t)>& wanted);
+    float density(std::span<const std::uint32_t> triangles, int per_cell, const ShareOf& share_of);
     template <typename Visit>
     void for_each_part(std::uint32_t triangle, const Visit& visit);
 

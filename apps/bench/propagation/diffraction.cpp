@@ -93,9 +93,11 @@ Row measure_row(const Subject& subject, const std::vector<Vec3>& sources) {
     }
     const Simulation simulation =
         subject.simulation(Estimator::patch, scene.simulation.ray_count());
-    Propagation propagation(scene, simulation);
-    const RayScene rays(scene);
     Stopwatch watch;
+    Propagation propagation(scene, simulation);
+    const double load_s = watch.lap_s();
+    const RayScene rays(scene);
+    watch.lap_s();
     const SceneEdges edges(rays);
     const double edges_s = watch.lap_s();
 
@@ -124,6 +126,7 @@ Row measure_row(const Subject& subject, const std::vector<Vec3>& sources) {
                    {"triangles", static_cast<std::int64_t>(rays.triangle_count())},
                    {"edges", static_cast<std::int64_t>(edges.count())},
                    {"bent_paths", paths / kDiffractionFrames},
+                   {"load_s", load_s},
                    {"edges_s", edges_s},
                    {"frame_ms", frames_s / kDiffractionFrames * 1e3},
                    {"diffraction_ms", diffraction_s / kDiffractionFrames * 1e3},
@@ -145,7 +148,7 @@ std::vector<Row> measure_diffraction(const Subject& subject, const Settings& set
 
 const std::vector<Column>& diffraction_columns() {
     static const std::vector<Column> columns =
-        columns_of({"sources", "rays", "triangles", "edges", "bent_paths", "edges_s", "frame_ms",
+        columns_of({"sources", "rays", "triangles", "edges", "bent_paths", "load_s", "edges_s", "frame_ms",
                     "diffraction_ms", "longest_ms", "diffraction_share"});
     return columns;
 }

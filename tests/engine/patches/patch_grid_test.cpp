@@ -1,6 +1,7 @@
 #include "engine/patches/patch_grid.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -86,6 +87,26 @@ TEST_CASE("a floor under a solid does not count") {
     // are sampled with 16 points: 28 such cells of 0.25 m2 with a spread of 0.12 m2 / 4 each.
     CHECK(area == Approx(94 - 4 + 12).margin(1));
     CHECK(area < 94 + 12 - 2);  // companion: the hidden floor is not in it
+}
+
+TEST_CASE("outdoors the patches that no walk hits have their area, also beside a solid") {
+    // A field of 160 m with a block far away, of which a walk over the field meets little.
+    const Vec3 inside(0, 0, 1.5F);
+    Scene scene = room(test::box(Vec3(160, 160, 1), 0, Vec3(-80, -80, -1)), inside);
+    scene.objects.push_back(test::box(Vec3(10, 10, 5), 0, Vec3(60.3F, 60.3F, 0)));
+    Surveyed s(scene, 1, inside);
+    double top_m2 = 0;
+    std::size_t tops = 0;
+    for (std::uint32_t patch = 0; patch < s.grid.size(); ++patch) {
+        const PatchCell cell = s.grid.cell(patch);
+        if (cell.direction.z <= 0 || cell.low.z > 1) continue;
+        top_m2 += double{s.grid.area_m2(patch)};
+        ++tops;
+    }
+    // The 100 m2 under the block are not reached. Of the 40 cells that its sides cut, of 1 m2, each
+    // has four samples with a spread of at most 0.5 m2 / 2.
+    CHECK(top_m2 == Approx(160 * 160 - 100).margin(3 * 0.25 * std::sqrt(40)));
+    CHECK(s.grid.reached() < tops / 2);  // companion: most patches are not hit
 }
 
 TEST_CASE("the number of patches depends on area, not on triangles") {

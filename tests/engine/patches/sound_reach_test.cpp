@@ -39,7 +39,7 @@ struct Reached {
         for (std::uint32_t t = 0; t < rays.triangle_count(); ++t) {
             if (rays.triangle(t).object < scene.objects.size()) triangles.push_back(t);
         }
-        samples = sampler.sample(triangles, 16, [](std::uint32_t) { return true; });
+        samples = sampler.sample(triangles, 16, [](std::uint32_t) { return 1.0F; });
         IrradianceMap irradiance(rays, grid.size_m());
         marked = reach.mark({&kInside, 1}, max_patches, irradiance);
     }

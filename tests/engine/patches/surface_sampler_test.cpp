@@ -27,7 +27,7 @@ struct Sampled {
     std::vector<SurfaceSample> all(int per_cell) {
         std::vector<std::uint32_t> triangles(rays.triangle_count());
         std::iota(triangles.begin(), triangles.end(), 0U);
-        return sampler.sample(triangles, per_cell, [](std::uint32_t) { return true; });
+        return sampler.sample(triangles, per_cell, [](std::uint32_t) { return 1.0F; });
     }
 };
 
@@ -78,6 +78,22 @@ TEST_CASE("a full cell has as many samples as are asked for, of equal area") {
     }
 }
 
+TEST_CASE("a patch with a share of the samples has as many fewer, of the same area in all") {
+    const Object box = test::box(Vec3(4, 2, 1));
+    Sampled s(box);
+    std::vector<std::uint32_t> triangles(s.rays.triangle_count());
+    std::iota(triangles.begin(), triangles.end(), 0U);
+    const auto share_of = [](std::uint32_t patch) { return patch % 2 == 0 ? 1 : 0.25F; };
+    std::map<std::uint32_t, int> of_patch;
+    const std::vector<SurfaceSample> samples = s.sampler.sample(triangles, 16, share_of);
+    for (const SurfaceSample& sample : samples) of_patch[sample.patch] += 1;
+    CHECK(area_m2(samples) == Approx(2 * test::surface_m2(box)).epsilon(1e-4));
+    for (const auto& [patch, count] : of_patch) {
+        CHECK(count >= (patch % 2 == 0 ? 16 : 4));
+        CHECK(count <= (patch % 2 == 0 ? 18 : 6));
+    }
+}
+
 TEST_CASE("samples follow area, not triangles, and small parts share one by area") {
     const Object box = test::box(Vec3(2, 2, 2), 0, Vec3(0.1F, 0.2F, 0.3F));
     Sampled coarse(box);
@@ -96,7 +112,7 @@ TEST_CASE("samples follow area, not triangles, and small parts share one by area
     CHECK(parts > 20 * many.size());
     // Only patches that are wanted have samples.
     const std::vector<std::uint32_t> first{0};
-    CHECK(coarse.sampler.sample(first, 4, [](std::uint32_t) { return false; }).empty());
+    CHECK(coarse.sampler.sample(first, 4, [](std::uint32_t) { return 0.0F; }).empty());
 }
 
 TEST_CASE("the samples of faces that cross each other are limited by the number of patches") {
