@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
-#include <queue>
-#include <tuple>
 #include <utility>
 
 #include "engine/direct/edge_row.h"
@@ -32,13 +31,11 @@ constexpr double kLongestSearchedDetour_m = 15;
 constexpr double kLongestLitSearchedDetour_m = 2;
 constexpr double kLongestSegment_m = 30;
 
-// The work of a frame: pairs of edges and partial paths that are tested, and rays. The first search
-// of a pair may do more. While the scene does not change, few pairs are searched anew: a frame
-// traces fewer rays.
-constexpr std::int64_t kTests = 16384;
-constexpr std::int64_t kRays = 8192;
-constexpr std::int64_t kRaysUnchanged = 3072;
-constexpr std::int64_t kFirstTests = 131'072;
+// The work of a frame as a number of rays, about 1 us each. After a movement of an object all pairs
+// are searched anew, and what they hear may change at once. An end that walks moves by some
+// centimetres in a frame: its search may take several. The first search of a pair may do more.
+constexpr std::int64_t kRaysUnchanged = 2048;
+constexpr std::int64_t kRaysChanged = 8192;
 constexpr std::int64_t kFirstRays = 65'536;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
 
@@ -84,18 +81,6 @@ bool intersect(const Bounds& a, const Bounds& b) {
 
 }  // namespace
 
-/// A path from the listener over some edges, and on to the source.
-struct ChainSearch::Partial {
-    double cost_m;
-    Sequence edges;
-    std::size_t bends;
-
-    /// The first of a priority queue has the lowest cost.
-    bool operator<(const Partial& other) const {
-        return std::tie(other.cost_m, other.edges) < std::tie(cost_m, edges);
-    }
-};
-
 ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s,
                          int order)
     : scene_(scene),
@@ -104,12 +89,13 @@ ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double 
       order_(static_cast<std::size_t>(order)) {
     for (const DiffractionEdge& edge : edges.all()) {
         is_moving_.push_back(scene.moves(scene.triangle(edge.triangles[0])) ? 1 : 0);
+        any_moving_ = any_moving_ || is_moving_.back() != 0;
     }
 }
 
 void ChainSearch::begin_frame(std::span<const Bounds> changed) {
-    budget_ = {kTests, changed.empty() ? kRaysUnchanged : kRays};
-    first_budget_ = {kFirstTests, kFirstRays};
+    budget_ = {Budget::kRay * (changed.empty() ? kRaysUnchanged : kRaysChanged)};
+    first_budget_ = {Budget::kRay * kFirstRays};
     if (changed.empty()) return;
     ++scene_changes_;
     forget_seen(changed);
@@ -121,10 +107,10 @@ void ChainSearch::begin_frame(std::span<const Bounds> changed) {
     });
 }
 
-bool ChainSearch::needs_search(const PairChains& pair, const Vec3& source,
-                               const Vec3& listener) const {
-    return !pair.is_complete || pair.scene_changes != scene_changes_ ||
-           !pair.is_between(source, listener) || !follows_curves(pair, source, listener);
+bool ChainSearch::begins_anew(const PairChains& pair, const Vec3& source,
+                              const Vec3& listener) const {
+    return pair.scene_changes != scene_changes_ || !pair.is_between(source, listener) ||
+           !follows_curves(pair, source, listener);
 }
 
 /// Whether the paths around curved surfaces touch the same edges as at the search. Small movements
@@ -150,14 +136,20 @@ bool ChainSearch::is_touched_alone(std::uint32_t edge, const Vec3& source,
 }
 
 void ChainSearch::search(const Vec3& source, const Vec3& listener, PairChains& pair) {
-    if (!needs_search(pair, source, listener)) return;
     const bool is_first = !pair.is_searched;
-    if (!is_first && !budget_.is_left()) return;
-    pair.source = source;
-    pair.listener = listener;
-    pair.scene_changes = scene_changes_;
-    pair.is_searched = true;
-    search(pair, is_first ? first_budget_ : budget_);
+    const bool anew = is_first || begins_anew(pair, source, listener);
+    Budget& budget = is_first ? first_budget_ : budget_;
+    if (!(anew || pair.open) || !(is_first || budget.is_left())) return;
+    if (anew) {
+        pair.source = source;
+        pair.listener = listener;
+        pair.scene_changes = scene_changes_;
+        pair.is_searched = true;
+        begin(pair, budget);
+    }
+    const bool is_complete = expand(pair, budget);
+    keep_best(pair, budget);
+    if (is_complete) pair.open.reset();
 }
 
 std::optional<EdgeChain> ChainSearch::chain_of(const Sequence& sequence, const Vec3& source,
@@ -236,13 +228,14 @@ bool ChainSearch::is_visible(SeenEdges& seen, std::uint32_t edge, Budget& budget
         const double nearest =
             std::clamp(at.coordinates(seen.point).along_m / at.length_m, 0.0, 1.0);
         const auto sees = [&](double place) {
-            --budget.rays;
+            budget.ray();
             return edges_.visible(seen.point, point_off(at, place));
         };
         // From a point in the plane of a screen rays pass on one side of it.
         const auto sees_beside = [&] {
             const glm::dvec3 side = at.direction(std::numbers::pi / 2);
-            budget.rays -= 2;
+            budget.ray();
+            budget.ray();
             return edges_.visible(seen.point, point_beside(at, nearest, side)) ||
                    edges_.visible(seen.point, point_beside(at, nearest, -side));
         };
@@ -262,7 +255,7 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
                 !is_beside(b, a.point(from * a.length_m))) {
                 continue;
             }
-            --budget.rays;
+            budget.ray();
             const double there_rad = a.open_angle_of(b.point(to * b.length_m));
             if (edges_.visible_along_face(point_off(a, from), point_off(b, to),
                                           Vec3(a.normal_at(there_rad)))) {
@@ -274,7 +267,7 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
             }
             const glm::dvec3 normal = a.direction(std::numbers::pi / 2);
             for (const glm::dvec3& side : {normal, -normal}) {
-                --budget.rays;
+                budget.ray();
                 if (edges_.visible(point_beside(a, from, side), point_beside(b, to, side))) {
                     return true;
                 }
@@ -284,53 +277,101 @@ bool ChainSearch::see_each_other(const DiffractionEdge& a, const DiffractionEdge
     return false;
 }
 
-/// The nearest edges that an edge sees: those whose visibility from it changes with movements, or
-/// the others.
-ChainSearch::Neighbours ChainSearch::find_neighbours(std::uint32_t edge, bool moving,
-                                                     Budget& budget) const {
+/// The edges that an edge may see, not yet tested: those whose visibility from it changes with
+/// movements, or the others.
+ChainSearch::Neighbours ChainSearch::begin_neighbours(std::uint32_t edge, bool moving,
+                                                      Budget& budget) const {
     const DiffractionEdge& at = edges_[edge];
-    std::vector<std::pair<double, std::uint32_t>> seen;
     Neighbours found;
-    const auto add = [&](const DiffractionEdge& e) {
-        found.reach.add(Vec3(e.start));
-        found.reach.add(Vec3(e.point(e.length_m)));
-    };
-    add(at);
+    found.reach.add(Vec3(at.start));
+    found.reach.add(Vec3(at.point(at.length_m)));
+    if (moving && !any_moving_) return found;
     for (std::uint32_t e = 0; e < edges_.count(); ++e) {
         if (e == edge || moving != (is_moving_[edge] != 0 || is_moving_[e] != 0)) continue;
-        --budget.tests;
+        --budget.work;
         const double distance_m = gap_m(at, edges_[e]);
-        if (distance_m > kLongestSegment_m) continue;
-        add(edges_[e]);
-        if (see_each_other(at, edges_[e], budget)) seen.emplace_back(distance_m, e);
+        if (distance_m <= kLongestSegment_m) found.untested.emplace_back(distance_m, e);
     }
-    std::sort(seen.begin(), seen.end());
-    seen.resize(std::min(seen.size(), kMaxNeighbours));
-    for (const auto& [_, e] : seen) found.edges.push_back(e);
+    std::sort(found.untested.begin(), found.untested.end(), std::greater<>());
     return found;
 }
 
-ChainSearch::Sequence ChainSearch::neighbours(std::uint32_t edge, Budget& budget) {
-    Sequence all;
+void ChainSearch::test_neighbours(std::uint32_t edge, Neighbours& neighbours,
+                                  Budget& budget) const {
+    while (budget.is_left() && !neighbours.untested.empty()) {
+        const std::uint32_t e = neighbours.untested.back().second;
+        neighbours.untested.pop_back();
+        neighbours.reach.add(Vec3(edges_[e].start));
+        neighbours.reach.add(Vec3(edges_[e].point(edges_[e].length_m)));
+        if (see_each_other(edges_[edge], edges_[e], budget)) neighbours.edges.push_back(e);
+        if (neighbours.edges.size() == kMaxNeighbours) neighbours.untested = {};
+    }
+}
+
+/// Whether the edges that an edge sees are known, or could be found.
+bool ChainSearch::find_neighbours(std::uint32_t edge, Budget& budget) {
     for (const bool moving : {false, true}) {
         auto& table = moving ? moving_neighbours_ : fixed_neighbours_;
         auto found = table.find(edge);
         if (found == table.end()) {
-            if (!budget.is_left()) continue;
-            found = table.emplace(edge, find_neighbours(edge, moving, budget)).first;
+            if (!budget.is_left()) return false;
+            found = table.emplace(edge, begin_neighbours(edge, moving, budget)).first;
         }
-        all.insert(all.end(), found->second.edges.begin(), found->second.edges.end());
+        test_neighbours(edge, found->second, budget);
+        if (!found->second.untested.empty()) return false;
     }
-    return all;
+    return true;
 }
 
-/// Expands the paths of least cost first. The cost of a path that goes on straight to the source is
-/// a lower bound of that over further edges.
-void ChainSearch::search(PairChains& pair, Budget& budget) {
+void ChainSearch::add(OpenChainSearch& open, const PairChains& pair, Sequence sequence,
+                      std::size_t bends, Budget& budget) const {
+    // The path over a row takes the place of chains over several of its edges.
+    unsigned rows = 0;
+    for (const std::uint32_t e : sequence) {
+        if ((rows & open.rows_of[e]) != 0) return;
+        rows |= open.rows_of[e];
+    }
+    budget.work -= Budget::kPath;
     const glm::dvec3 from(pair.source);
     const glm::dvec3 to(pair.listener);
-    const double longest_m = glm::distance(from, to) + kLongestSearchedDetour_m;
+    std::vector<const DiffractionEdge*> edges;
+    for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
+    const ShortestPath path = shortest_path(to, edges, from);
+    if (path.length_m >= glm::distance(from, to) + kLongestSearchedDetour_m) return;
+    // A path that bends back at an edge of a curved surface, or far from the straight line
+    // between the neighbours of an edge, is none.
+    for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+        const glm::dvec3 here = edges[i]->point(path.along_m[i]);
+        const glm::dvec3 last = i > 0 ? edges[i - 1]->point(path.along_m[i - 1]) : to;
+        const glm::dvec3 next = edges[i + 1]->point(path.along_m[i + 1]);
+        const double turn_rad = edges[i]->open_angle_of(last) - edges[i]->open_angle_of(next);
+        if (std::abs(turn_rad) >= std::numbers::pi) continue;
+        const bool is_on_curve = is_one_bend(*edges[i], *edges[i + 1]) ||
+                                 (i > 0 && is_one_bend(*edges[i - 1], *edges[i]));
+        if (is_on_curve || glm::distance(last, here) + glm::distance(here, next) >=
+                               glm::distance(last, next) + kLongestLitSearchedDetour_m) {
+            return;
+        }
+    }
+    open.partials.push(
+        {path.length_m + kPerBend_m * static_cast<double>(bends), std::move(sequence), bends});
+}
+
+void ChainSearch::try_chain(std::vector<std::pair<double, Sequence>>& found, const PairChains& pair,
+                            Sequence sequence, Budget& budget) const {
+    const auto chain = chain_of(sequence, pair.source, pair.listener);
+    budget.work -= Budget::kRay * (chain ? static_cast<std::int64_t>(4 * sequence.size() + 1) : 1);
+    if (!chain) return;
+    found.emplace_back(20 * std::log10(chain->length_m()) - chain->estimated_db(),
+                       std::move(sequence));
+}
+
+/// Finds the rows of a pair, and the paths from the listener over the edges that it sees.
+void ChainSearch::begin(PairChains& pair, Budget& budget) {
+    const glm::dvec3 from(pair.source);
+    const glm::dvec3 to(pair.listener);
     const Sequence near = near_edges(pair.source, pair.listener);
+    budget.work -= static_cast<std::int64_t>(edges_.count());
     const auto visible_from = [&](const Vec3& point) {
         SeenEdges& seen = seen_from(point);
         std::vector<char> is_seen(edges_.count());
@@ -338,113 +379,79 @@ void ChainSearch::search(PairChains& pair, Budget& budget) {
         return is_seen;
     };
     const std::vector<char> is_last = visible_from(pair.listener);
-    const std::vector<char> is_first = visible_from(pair.source);
+    OpenChainSearch& open = pair.open.emplace();
+    open.is_first = visible_from(pair.source);
 
     pair.rows = EdgeRow::candidates(edges_, near, from, to);
-    std::vector<std::uint32_t> rows_of(edges_.count());  // bits of the rows that hold an edge whole
+    open.rows_of.resize(edges_.count());
     for (std::size_t r = 0; r < pair.rows.size(); ++r) {
         const auto row = EdgeRow::over(edges_, pair.rows[r], from, to);
         if (!row || !row->is_free(edges_)) continue;
         for (const std::uint32_t e : pair.rows[r]) {
-            if (row->covered({&e, 1}) == 1) rows_of[e] |= 1U << r;
+            if (row->covered({&e, 1}) == 1) open.rows_of[e] |= static_cast<std::uint8_t>(1U << r);
         }
     }
-
-    std::priority_queue<Partial> open;
-    std::vector<const DiffractionEdge*> edges;
-    const auto add = [&](Sequence sequence, std::size_t bends) {
-        // The path over a row takes the place of chains over several of its edges.
-        std::uint32_t rows = 0;
-        for (const std::uint32_t e : sequence) {
-            if ((rows & rows_of[e]) != 0) return;
-            rows |= rows_of[e];
-        }
-        --budget.tests;
-        edges.clear();
-        for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
-        const ShortestPath path = shortest_path(to, edges, from);
-        if (path.length_m >= longest_m) return;
-        // A path that bends back at an edge of a curved surface, or far from the straight line
-        // between the neighbours of an edge, is none.
-        for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
-            const glm::dvec3 here = edges[i]->point(path.along_m[i]);
-            const glm::dvec3 last = i > 0 ? edges[i - 1]->point(path.along_m[i - 1]) : to;
-            const glm::dvec3 next = edges[i + 1]->point(path.along_m[i + 1]);
-            const double turn_rad = edges[i]->open_angle_of(last) - edges[i]->open_angle_of(next);
-            if (std::abs(turn_rad) >= std::numbers::pi) continue;
-            const bool is_on_curve = is_one_bend(*edges[i], *edges[i + 1]) ||
-                                     (i > 0 && is_one_bend(*edges[i - 1], *edges[i]));
-            if (is_on_curve || glm::distance(last, here) + glm::distance(here, next) >=
-                                   glm::distance(last, next) + kLongestLitSearchedDetour_m) {
-                return;
-            }
-        }
-        open.push(
-            {path.length_m + kPerBend_m * static_cast<double>(bends), std::move(sequence), bends});
-    };
     for (const std::uint32_t e : near) {
-        if (is_last[e] != 0) add({e}, 1);
+        if (is_last[e] != 0) add(open, pair, {e}, 1, budget);
     }
-
-    std::vector<std::pair<double, Sequence>> found;  // by descending level
-    const auto try_chain = [&](Sequence sequence) {
-        const auto chain = chain_of(sequence, pair.source, pair.listener);
-        budget.rays -= chain ? static_cast<std::int64_t>(4 * sequence.size() + 1) : 1;
-        if (chain) {
-            found.emplace_back(20 * std::log10(chain->length_m()) - chain->estimated_db(),
-                               std::move(sequence));
-        }
-    };
-    int expansions = 0;
-    int trials = 0;
-    pair.is_complete = true;
-    while (!open.empty() && expansions < kMaxExpansions && trials < kMaxTrials &&
-           found.size() < kMaxFound) {
-        if (!budget.is_left()) {
-            pair.is_complete = false;
-            break;
-        }
-        const Partial partial = open.top();
-        open.pop();
-        const std::uint32_t end = partial.edges.back();
-        if (partial.edges.size() > 1 && is_first[end] != 0) {
-            ++trials;
-            try_chain({partial.edges.rbegin(), partial.edges.rend()});
-        }
-        if (partial.edges.size() == kMaxContacts) continue;
-        const bool is_full = partial.bends == order_;
-        if (is_full && !edges_[end].is_curved) continue;
-        ++expansions;
-        for (const std::uint32_t next : neighbours(end, budget)) {
-            const bool is_same_bend = is_one_bend(edges_[end], edges_[next]);
-            const std::size_t bends = partial.bends + (is_same_bend ? 0 : 1);
-            const bool is_end = bends == order_ && !edges_[next].is_curved;
-            if (bends > order_ || (is_end && is_first[next] == 0) ||
-                std::find(partial.edges.begin(), partial.edges.end(), next) !=
-                    partial.edges.end()) {
-                continue;
-            }
-            Sequence longer = partial.edges;
-            longer.push_back(next);
-            add(std::move(longer), bends);
-        }
-    }
-
-    // Chains that were found before stay while they are valid.
-    for (Sequence& sequence : pair.chains) {
-        const bool is_new = std::none_of(found.begin(), found.end(), [&](const auto& other) {
-            return other.second == sequence;
-        });
-        if (is_new) try_chain(std::move(sequence));
-    }
-    std::sort(found.begin(), found.end());
-    found.resize(std::min(found.size(), kMaxChains));
     pair.curved.clear();
     for (const std::uint32_t e : near) {
         if (edges_[e].is_curved && is_touched_alone(e, pair.source, pair.listener)) {
             pair.curved.push_back(e);
         }
     }
+}
+
+/// Expands the paths of least cost first, until the search is complete, or the work is done: false.
+/// The cost of a path that goes on straight to the source is a lower bound of that over further
+/// edges.
+bool ChainSearch::expand(PairChains& pair, Budget& budget) {
+    OpenChainSearch& open = *pair.open;
+    while (!open.partials.empty() && open.expansions < kMaxExpansions && open.trials < kMaxTrials &&
+           open.found.size() < kMaxFound) {
+        const std::uint32_t end = open.partials.top().edges.back();
+        const bool is_longest = open.partials.top().edges.size() == kMaxContacts ||
+                                (open.partials.top().bends == order_ && !edges_[end].is_curved);
+        if (!budget.is_left() || (!is_longest && !find_neighbours(end, budget))) return false;
+        const OpenChainSearch::Partial partial = open.partials.top();
+        open.partials.pop();
+        if (partial.edges.size() > 1 && open.is_first[end] != 0) {
+            ++open.trials;
+            try_chain(open.found, pair, {partial.edges.rbegin(), partial.edges.rend()}, budget);
+        }
+        if (is_longest) continue;
+        ++open.expansions;
+        const auto add_next = [&](std::uint32_t next) {
+            const bool is_same_bend = is_one_bend(edges_[end], edges_[next]);
+            const std::size_t bends = partial.bends + (is_same_bend ? 0 : 1);
+            const bool is_end = bends == order_ && !edges_[next].is_curved;
+            if (bends > order_ || (is_end && open.is_first[next] == 0) ||
+                std::find(partial.edges.begin(), partial.edges.end(), next) !=
+                    partial.edges.end()) {
+                return;
+            }
+            Sequence longer = partial.edges;
+            longer.push_back(next);
+            add(open, pair, std::move(longer), bends, budget);
+        };
+        for (const auto* table : {&fixed_neighbours_, &moving_neighbours_}) {
+            for (const std::uint32_t next : table->at(end).edges) add_next(next);
+        }
+    }
+    return true;
+}
+
+/// The chains of a pair: what its search has found so far, and earlier ones that are valid.
+void ChainSearch::keep_best(PairChains& pair, Budget& budget) const {
+    auto found = pair.open->found;
+    for (Sequence& sequence : pair.chains) {
+        const bool is_new = std::none_of(found.begin(), found.end(), [&](const auto& other) {
+            return other.second == sequence;
+        });
+        if (is_new) try_chain(found, pair, std::move(sequence), budget);
+    }
+    std::sort(found.begin(), found.end());
+    found.resize(std::min(found.size(), kMaxChains));
     pair.chains.clear();
     pair.edges = pair.curved;
     for (auto& [_, sequence] : found) {

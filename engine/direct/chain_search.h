@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "aula/engine/scene.h"
@@ -17,8 +18,10 @@
 namespace aula {
 
 /// Finds chains of edges between a source and a listener, by a best-first search over edges that
-/// see each other. Chains are kept, and tried again in each frame. The work of a frame is bounded.
-/// Equal calls give equal chains. [propagation thread]
+/// see each other. A search begins when an end has moved by 10 cm, or an object has moved, and goes
+/// on in the next frames until it is complete. What it has found so far, and what earlier ones have
+/// found, is tried again in each frame. The work of a frame is counted and bounded: equal calls
+/// give equal chains. [propagation thread]
 class ChainSearch {
  public:
     /// `order`: largest number of bends, at least 1.
@@ -29,8 +32,8 @@ class ChainSearch {
     /// which objects have moved.
     void begin_frame(std::span<const Bounds> changed);
 
-    /// Searches for the chains of a pair, if this is its first search, if its points or the scene
-    /// have moved, and if the work of the frame allows it.
+    /// Begins a search for the chains of a pair, if this is its first one or if its points or the
+    /// scene have moved, or continues it, as far as the work of the frame allows.
     void search(const Vec3& source, const Vec3& listener, PairChains& pair);
 
     /// The paths over the chains of a pair, without those that are far below the `others` between
@@ -49,17 +52,20 @@ class ChainSearch {
  private:
     using Sequence = std::vector<std::uint32_t>;  ///< edges
 
-    /// The edges that an edge sees.
+    /// The edges that an edge sees: the nearest kMaxNeighbours.
     struct Neighbours {
         Sequence edges;
-        Bounds reach;  ///< of all edges that were tested
+        Bounds reach;                                            ///< of all edges that were tested
+        std::vector<std::pair<double, std::uint32_t>> untested;  ///< distance, the nearest last
     };
 
-    /// Work that a search may still do.
+    /// Work that a search may still do, in tests of whether two edges are near each other.
     struct Budget {
-        std::int64_t tests;  ///< of pairs of edges and partial paths
-        std::int64_t rays;
-        bool is_left() const { return tests > 0 && rays > 0; }
+        std::int64_t work;
+        bool is_left() const { return work > 0; }
+        void ray() { work -= kRay; }
+        static constexpr std::int64_t kRay = 64;   ///< as long as a ray
+        static constexpr std::int64_t kPath = 64;  ///< or the shortest path over some edges take
     };
 
     /// The edges that a source or a listener sees, as far as they have been tested.
@@ -70,9 +76,14 @@ class ChainSearch {
         std::uint64_t last_use = 0;
     };
 
-    struct Partial;
-    bool needs_search(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
-    void search(PairChains& pair, Budget& budget);
+    bool begins_anew(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
+    void begin(PairChains& pair, Budget& budget);
+    bool expand(PairChains& pair, Budget& budget);
+    void add(OpenChainSearch& open, const PairChains& pair, Sequence sequence, std::size_t bends,
+             Budget& budget) const;
+    void try_chain(std::vector<std::pair<double, Sequence>>& found, const PairChains& pair,
+                   Sequence sequence, Budget& budget) const;
+    void keep_best(PairChains& pair, Budget& budget) const;
     bool follows_curves(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
     bool is_touched_alone(std::uint32_t edge, const Vec3& source, const Vec3& listener) const;
     std::optional<EdgeChain> chain_of(const Sequence& sequence, const Vec3& source,
@@ -81,15 +92,17 @@ class ChainSearch {
     SeenEdges& seen_from(const Vec3& point);
     void forget_seen(std::span<const Bounds> changed);
     Sequence near_edges(const Vec3& source, const Vec3& listener) const;
-    Sequence neighbours(std::uint32_t edge, Budget& budget);
-    Neighbours find_neighbours(std::uint32_t edge, bool moving, Budget& budget) const;
+    bool find_neighbours(std::uint32_t edge, Budget& budget);
+    Neighbours begin_neighbours(std::uint32_t edge, bool moving, Budget& budget) const;
+    void test_neighbours(std::uint32_t edge, Neighbours& neighbours, Budget& budget) const;
     bool see_each_other(const DiffractionEdge& a, const DiffractionEdge& b, Budget& budget) const;
 
     const RayScene& scene_;
     const SceneEdges& edges_;
     WedgeIntegral integral_;
     std::size_t order_;
-    std::vector<char> is_moving_;                           ///< [edge]
+    std::vector<char> is_moving_;  ///< [edge]
+    bool any_moving_ = false;
     std::map<std::uint32_t, Neighbours> fixed_neighbours_;  ///< both edges are fixed
     std::map<std::uint32_t, Neighbours> moving_neighbours_;
     std::vector<SeenEdges> seen_;

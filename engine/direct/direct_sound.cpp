@@ -92,7 +92,7 @@ std::vector<SoundPath> DirectSound::find(const Vec3& source, const Vec3& listene
     std::vector<SoundPath> taps = compute(source, listener, directivity, attenuation_per_m, memory);
     const bool is_equal =
         rests && !memory.near.has_changed() && memory.levels.is_exact() &&
-        memory.chains.is_complete &&
+        memory.chains.is_complete() &&
         std::equal(taps.begin(), taps.end(), memory.taps.begin(), memory.taps.end(), is_same_tap);
     memory.equal_frames = is_equal ? memory.equal_frames + 1 : 0;
     memory.taps = taps;

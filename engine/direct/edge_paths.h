@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <glm/geometric.hpp>
 #include <map>
 #include <optional>
 #include <span>
@@ -11,6 +10,7 @@
 #include "aula/engine/energy_response.h"
 #include "engine/direct/level_follower.h"
 #include "engine/direct/near_edges.h"
+#include "engine/direct/pair_chains.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/scene_edges.h"
 #include "engine/edges/wedge_integral.h"
@@ -36,26 +36,6 @@ struct EdgePath {
 
     /// Multiplies all fields.
     void scale(double factor);
-};
-
-/// The chains of edges between a source and a listener, and their last search; see ChainSearch.
-struct PairChains {
-    std::vector<std::vector<std::uint32_t>> chains;  ///< edges from the source to the listener
-    std::vector<std::uint32_t> edges;                ///< of all chains, and `curved`, ascending
-    std::vector<std::uint32_t> curved;               ///< edges of curved surfaces touched alone
-    std::vector<std::vector<std::uint32_t>> rows;    ///< see EdgeRow
-    Vec3 source{0};                                  ///< at the search
-    Vec3 listener{0};
-    bool is_searched = false;
-    bool is_complete = false;
-    std::uint64_t scene_changes = 0;  ///< before the search
-
-    /// Whether the search was between these points, or points less than 10 cm from them.
-    bool is_between(const Vec3& from, const Vec3& to) const {
-        constexpr float kMoved_m = 0.1F;
-        return is_searched && glm::distance(source, from) < kMoved_m &&
-               glm::distance(listener, to) < kMoved_m;
-    }
 };
 
 /// What is remembered of the taps of coherent paths between frames.

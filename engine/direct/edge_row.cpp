@@ -49,57 +49,84 @@ bool share_face(const DiffractionEdge& a, const glm::dvec3& a_apex, const Diffra
 
 }  // namespace
 
+std::vector<EdgeRow::OpenEdge> EdgeRow::open_edges(const SceneEdges& edges,
+                                                   std::span<const std::uint32_t> row) {
+    std::vector<OpenEdge> open;
+    for (const std::uint32_t e : row) {
+        open.push_back({e, edges[e].axis, edges[e].direction(edges[e].open_angle_rad / 2)});
+    }
+    return open;
+}
+
 /// The edges of a row by their places along the path, with their coordinates, also those that lie
 /// outside the limits of a row by a margin.
-std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const std::uint32_t> row,
+void EdgeRow::place_members(const SceneEdges& edges, std::span<const OpenEdge> row,
+                            double margin_m) {
+    const OpenEdge& first = row.front();
+    const glm::dvec3 offset = listener_ - source_;
+    const double along_m = glm::dot(offset, first.axis);
+    const glm::dvec3 ahead = (offset - along_m * first.axis) / across_m_;
+    for (const OpenEdge& open : row) {
+        const double cosine = glm::dot(open.axis, first.axis);
+        if (std::abs(cosine) < kParallel || glm::dot(open.opens_to, up_) < kSameSide) continue;
+        const DiffractionEdge& edge = edges[open.edge];
+        Member member{.edge = open.edge};
+        double place_m = 0.5 * edge.length_m;
+        for (int step = 0; step < 3; ++step) {
+            member.apex = edge.point(place_m);
+            member.across_m = glm::dot(member.apex - source_, ahead);
+            const double due_m = along_m * member.across_m / across_m_;
+            place_m += (due_m - glm::dot(member.apex - source_, first.axis)) / cosine;
+        }
+        member.inside_m = std::min(place_m, edge.length_m - place_m);
+        const double least_m = kNearestEnd_m - margin_m;
+        if (member.inside_m <= -margin_m || member.across_m < least_m ||
+            member.across_m > across_m_ - least_m) {
+            continue;
+        }
+        member.along_m = place_m;
+        member.apex = edge.point(place_m);
+        member.height_m = glm::dot(member.apex - source_, up_);
+        const double detour_m = glm::distance(source_, member.apex) +
+                                glm::distance(member.apex, listener_) - glm::length(offset);
+        if (detour_m >= EdgePaths::kLongestDetour_m + 2 * margin_m) continue;
+        members_.push_back(member);
+    }
+    std::sort(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
+        return std::tie(a.across_m, a.edge) < std::tie(b.across_m, b.edge);
+    });
+}
+
+std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const OpenEdge> row,
                                       const glm::dvec3& source, const glm::dvec3& listener,
-                                      double margin_m) {
+                                      double margin_m, std::vector<Placed>* known) {
     EdgeRow placed;
     placed.source_ = source;
     placed.listener_ = listener;
-    const DiffractionEdge& first = edges[row.front()];
+    const OpenEdge& first = row.front();
     const glm::dvec3 offset = listener - source;
     const double along_m = glm::dot(offset, first.axis);
     const glm::dvec3 across = offset - along_m * first.axis;
     placed.across_m_ = glm::length(across);
     if (placed.across_m_ < 2 * kNearestEnd_m) return {};
-    const glm::dvec3 ahead = across / placed.across_m_;
-    const auto opens_to = [](const DiffractionEdge& edge) {
-        return edge.direction(edge.open_angle_rad / 2);
+    placed.up_ = glm::cross(first.axis, across / placed.across_m_);
+    if (glm::dot(placed.up_, first.opens_to) < 0) placed.up_ = -placed.up_;
+    const auto is_same = [&](const Placed& other) {
+        return other.up == placed.up_ && (other.axis == first.axis || other.axis == -first.axis);
     };
-    placed.up_ = glm::cross(first.axis, ahead);
-    if (glm::dot(placed.up_, opens_to(first)) < 0) placed.up_ = -placed.up_;
-    for (const std::uint32_t e : row) {
-        const DiffractionEdge& edge = edges[e];
-        const double cosine = glm::dot(edge.axis, first.axis);
-        if (std::abs(cosine) < kParallel || glm::dot(opens_to(edge), placed.up_) < kSameSide) {
-            continue;
-        }
-        Member member{.edge = e};
-        double place_m = 0.5 * edge.length_m;
-        for (int step = 0; step < 3; ++step) {
-            member.apex = edge.point(place_m);
-            member.across_m = glm::dot(member.apex - source, ahead);
-            const double due_m = along_m * member.across_m / placed.across_m_;
-            place_m += (due_m - glm::dot(member.apex - source, first.axis)) / cosine;
-        }
-        member.inside_m = std::min(place_m, edge.length_m - place_m);
-        const double least_m = kNearestEnd_m - margin_m;
-        if (member.inside_m <= -margin_m || member.across_m < least_m ||
-            member.across_m > placed.across_m_ - least_m) {
-            continue;
-        }
-        member.along_m = place_m;
-        member.apex = edge.point(place_m);
-        member.height_m = glm::dot(member.apex - source, placed.up_);
-        const double detour_m = glm::distance(source, member.apex) +
-                                glm::distance(member.apex, listener) - glm::length(offset);
-        if (detour_m >= EdgePaths::kLongestDetour_m + 2 * margin_m) continue;
-        placed.members_.push_back(member);
+    const auto same = known != nullptr ? std::find_if(known->begin(), known->end(), is_same)
+                                       : std::vector<Placed>::iterator();
+    if (known != nullptr && same != known->end()) {
+        std::erase_if(same->members, [&](const Member& member) {
+            return !std::binary_search(
+                row.begin(), row.end(), OpenEdge{.edge = member.edge},
+                [](const OpenEdge& a, const OpenEdge& b) { return a.edge < b.edge; });
+        });
+        placed.members_ = same->members;
+    } else {
+        placed.place_members(edges, row, margin_m);
+        if (known != nullptr) known->push_back({first.axis, placed.up_, placed.members_});
     }
-    std::sort(placed.members_.begin(), placed.members_.end(), [](const Member& a, const Member& b) {
-        return std::tie(a.across_m, a.edge) < std::tie(b.across_m, b.edge);
-    });
     if (placed.members_.empty()) return {};
     placed.find_bends();
     placed.find_clearances(along_m);
@@ -221,7 +248,7 @@ std::vector<std::uint32_t> EdgeRow::passed_below(const SceneEdges& edges) const 
 
 std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const std::uint32_t> row,
                                      const glm::dvec3& source, const glm::dvec3& listener) {
-    std::vector<std::uint32_t> rest(row.begin(), row.end());
+    std::vector<OpenEdge> rest = open_edges(edges, row);
     std::optional<EdgeRow> placed;
     while (true) {
         if (rest.size() < 2) return {};
@@ -229,8 +256,8 @@ std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const st
         if (!placed) return {};
         const std::vector<std::uint32_t> passed = placed->passed_below(edges);
         if (passed.empty()) break;
-        std::erase_if(rest, [&](std::uint32_t e) {
-            return std::find(passed.begin(), passed.end(), e) != passed.end();
+        std::erase_if(rest, [&](const OpenEdge& open) {
+            return std::find(passed.begin(), passed.end(), open.edge) != passed.end();
         });
     }
     std::vector<Member>& members = placed->members_;

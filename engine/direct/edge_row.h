@@ -21,7 +21,7 @@ namespace aula {
 /// over some of them.
 class EdgeRow {
  public:
-    /// Edges that may form rows between two points, each row ascending.
+    /// Edges that may form rows between two points, each row ascending as `near` is.
     static std::vector<std::vector<std::uint32_t>> candidates(const SceneEdges& edges,
                                                               std::span<const std::uint32_t> near,
                                                               const glm::dvec3& source,
@@ -70,9 +70,25 @@ class EdgeRow {
         bool is_bend = false;
     };
 
-    static std::optional<EdgeRow> place(const SceneEdges& edges, std::span<const std::uint32_t> row,
+    /// An edge, with the middle of its open angle.
+    struct OpenEdge {
+        std::uint32_t edge = 0;
+        glm::dvec3 axis{0};
+        glm::dvec3 opens_to{0};
+    };
+    static std::vector<OpenEdge> open_edges(const SceneEdges& edges,
+                                            std::span<const std::uint32_t> row);
+    /// The members of a row along an axis.
+    struct Placed {
+        glm::dvec3 axis{0};
+        glm::dvec3 up{0};
+        std::vector<Member> members;
+    };
+    /// `known`: those of earlier calls for the same points and margin, and at least these edges.
+    static std::optional<EdgeRow> place(const SceneEdges& edges, std::span<const OpenEdge> row,
                                         const glm::dvec3& source, const glm::dvec3& listener,
-                                        double margin_m);
+                                        double margin_m, std::vector<Placed>* known = nullptr);
+    void place_members(const SceneEdges& edges, std::span<const OpenEdge> row, double margin_m);
     // Edges farther below the path than a detour of 0.16 m, v = 1 at 500 Hz, are independent.
     static constexpr double kLongestClearDetour_m = 0.16;
 

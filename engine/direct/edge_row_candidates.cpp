@@ -39,9 +39,10 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
                                                             const glm::dvec3& listener) {
     std::vector<std::vector<std::uint32_t>> rows;
     std::vector<std::vector<std::uint32_t>> blocked;
-    std::vector<std::uint32_t> rest(near.begin(), near.end());
+    std::vector<OpenEdge> rest = open_edges(edges, near);
+    std::vector<Placed> known;
     while (rest.size() > 1 && rows.size() < kMaxRows) {
-        auto placed = place(edges, rest, source, listener, kMargin_m);
+        auto placed = place(edges, rest, source, listener, kMargin_m, &known);
         std::vector<std::uint32_t> row;
         std::vector<std::uint32_t> touched;
         if (placed) {
@@ -62,8 +63,9 @@ std::vector<std::vector<std::uint32_t>> EdgeRow::candidates(const SceneEdges& ed
         const std::optional<EdgeRow> whole =
             row.size() > 1 ? over(edges, row, source, listener) : std::nullopt;
         const bool is_row = whole && whole->is_free(edges);
-        const std::uint32_t first = rest.front();
-        std::erase_if(rest, [&](std::uint32_t e) {
+        const std::uint32_t first = rest.front().edge;
+        std::erase_if(rest, [&](const OpenEdge& open) {
+            const std::uint32_t e = open.edge;
             if (e == first) return true;
             if (is_row) return std::binary_search(row.begin(), row.end(), e);
             return std::find(touched.begin(), touched.end(), e) != touched.end();

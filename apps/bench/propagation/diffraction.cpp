@@ -148,8 +148,8 @@ std::vector<Row> measure_diffraction(const Subject& subject, const Settings& set
 
 const std::vector<Column>& diffraction_columns() {
     static const std::vector<Column> columns =
-        columns_of({"sources", "rays", "triangles", "edges", "bent_paths", "load_s", "edges_s", "frame_ms",
-                    "diffraction_ms", "longest_ms", "diffraction_share"});
+        columns_of({"sources", "rays", "triangles", "edges", "bent_paths", "load_s", "edges_s",
+                    "frame_ms", "diffraction_ms", "longest_ms", "diffraction_share"});
     return columns;
 }
 

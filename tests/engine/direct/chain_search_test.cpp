@@ -326,6 +326,32 @@ TEST_CASE("a thin screen that is seen end-on changes nothing, on either side of 
     }
 }
 
+TEST_CASE("a search that takes several frames finds what one without a limit finds") {
+    // Sixty pillars: the work of a frame is less than that of a search.
+    std::vector<Object> pillars;
+    for (int i = 0; i < 60; ++i) {
+        const float x = 1.5F * static_cast<float>(i % 10);
+        const float y = 1.4F * static_cast<float>(i / 10);
+        pillars.push_back(prism({{x, y}, {x + 0.4F, y}, {x + 0.4F, y + 0.5F}, {x, y + 0.5F}}));
+    }
+    const Place place(pillars);
+    const Vec3 source(-2, 3.1F, 0.1F);
+    const Vec3 listener(16, 3.2F, 0);
+    const Vec3 moved = listener + Vec3(0, 0.15F, 0);
+    Search search(place, 2);
+    while (!search.pair.is_complete()) search.frame(source, listener);
+    search.frame(source, moved);
+    CHECK_FALSE(search.pair.is_complete());
+    CHECK_FALSE(search.pair.chains.empty());
+    int frames = 1;
+    for (; frames < 20 && !search.pair.is_complete(); ++frames) search.frame(source, moved);
+    REQUIRE(search.pair.is_complete());
+    CHECK(frames > 1);
+    Search other(place, 2);
+    while (!other.pair.is_complete()) other.frame(source, moved);
+    CHECK(search.pair.chains == other.pair.chains);
+}
+
 TEST_CASE("chains follow a walk, and equal walks have equal chains") {
     const Place place({bar(0.3F, 0.3F), prism({{1, 0.5F}, {1.6F, 0.5F}, {1.6F, 0.9F}, {1, 0.9F}})});
     Search first(place, 2);
