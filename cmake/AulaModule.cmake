@@ -7,7 +7,7 @@
 if(NOT WIN32)
     function(aula_module target)
         list(JOIN ARGN "; " symbols)
-        set(map "${CMAKE_CURRENT_BINARY_DIR}/exports.map")
+        set(map "${CMAKE_CURRENT_BINARY_DIR}/${target}.map")
         file(CONFIGURE OUTPUT "${map}" CONTENT "{ global: ${symbols}; local: *; };\n")
         set_target_properties(${target} PROPERTIES LINK_DEPENDS "${map}"
             CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)

@@ -95,6 +95,13 @@ if(TARGET aula_vst3)
 "VST3 plugins: reverberation of a room from its geometry and materials, with a
  moving source and a moving listener.")
 endif()
+# What editors load.
+if(AULA_EDITOR)
+    find_packages(shown ${pkgcfg_lib_XLIB_X11})
+    foreach(format LV2 CLAP VST3)
+        set(CPACK_DEBIAN_${format}_PACKAGE_RECOMMENDS "${shown}, libgl1")
+    endforeach()
+endif()
 # The module is for the interpreter of the distribution, of one minor version.
 if(TARGET aula_python AND Python_EXECUTABLE STREQUAL "/usr/bin/python3")
     execute_process(COMMAND "${Python_EXECUTABLE}" -c

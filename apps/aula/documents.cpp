@@ -239,7 +239,7 @@ int map_room(const Arguments& arguments) {
                                 arguments.map_spacing_m);
         return receiver_grid(scene, rays, arguments.map_height_m, arguments.map_spacing_m);
     }();
-    const FloorPlan plan = floor_plan(rays, grid.height_m);
+    const RoomSection plan = floor_plan(rays, grid.height_m);
     // Before the measurement, which would be lost if the folder cannot be created.
     MapFolder folder(arguments.out);
     const auto measurement = [&] {

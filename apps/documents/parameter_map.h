@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "apps/documents/floor_plan.h"
+#include "apps/drawing/room_section.h"
 #include "apps/documents/receiver_grid.h"
 #include "aula/measurement.h"
 
@@ -26,7 +26,7 @@ inline std::span<const std::size_t> mapped_parameters(bool interaural) {
 /// A map of a room: what its measurements were made of.
 struct ParameterMap {
     const ReceiverGrid& grid;
-    const FloorPlan& plan;           ///< at the height of the grid
+    const RoomSection& plan;           ///< at the height of the grid
     const Measurement& measurement;  ///< at the receivers of the grid
 };
 

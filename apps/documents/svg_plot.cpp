@@ -228,7 +228,7 @@ std::string SvgPlot::svg() const {
     return svg_element(kSize, axes + inside + frame + legend_);
 }
 
-std::string plan_svg(const FloorPlan& plan, const std::vector<PlanPoint>& points) {
+std::string plan_svg(const RoomSection& plan, const std::vector<PlanPoint>& points) {
     constexpr double kLongest = 620;
     constexpr double kHighest = 420;
     constexpr glm::dvec2 kFrom{46, 14};

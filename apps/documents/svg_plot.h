@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/documents/floor_plan.h"
+#include "apps/drawing/room_section.h"
 
 namespace aula {
 
@@ -60,6 +60,6 @@ struct PlanPoint {
 };
 
 /// A floor plan with axes in metres and marked points, as an SVG element.
-std::string plan_svg(const FloorPlan& plan, const std::vector<PlanPoint>& points);
+std::string plan_svg(const RoomSection& plan, const std::vector<PlanPoint>& points);
 
 }  // namespace aula

@@ -47,9 +47,7 @@ void PluginInstance::deactivate() {
 }
 
 std::string PluginInstance::state() const {
-    return write_state({.files = plugin_ ? plugin_->files() : files_,
-                        .controls = values(),
-                        .read_from = read_from_});
+    return write_state({.files = files(), .controls = values(), .read_from = read_from_});
 }
 
 bool PluginInstance::set_state(std::string_view text) {
@@ -63,8 +61,14 @@ bool PluginInstance::set_state(std::string_view text) {
 }
 
 std::string PluginInstance::new_status() {
-    std::string status = plugin_ ? plugin_->status() : std::string();
+    std::string status = this->status();
     return std::exchange(reported_, status) == status ? std::string() : status;
+}
+
+void PluginInstance::choose_scene(const std::filesystem::path& file) {
+    files_ = files();
+    files_.scene = file;
+    if (plugin_) plugin_->set_files(files_);
 }
 
 ControlValues PluginInstance::values() const {

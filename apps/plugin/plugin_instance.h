@@ -36,6 +36,13 @@ class PluginInstance {
     bool set_state(std::string_view text);
     /// A status that is not the last one; empty: none.
     std::string new_status();
+    /// The present status; empty: none.
+    std::string status() const { return plugin_ ? plugin_->status() : std::string(); }
+    RoomFiles files() const { return plugin_ ? plugin_->files() : files_; }
+    /// Replaces the scene of the state, and waits until it is heard.
+    void choose_scene(const std::filesystem::path& file);
+    const std::filesystem::path& folder() const { return folder_; }
+    ControlValues values() const;
 
     // [any thread]
     /// The value of a parameter: a control's; that of `enabled` is the bypass, its opposite.
@@ -44,6 +51,9 @@ class PluginInstance {
     /// Takes effect with the next block.
     void set_offline(bool is_offline) { is_offline_ = is_offline; }
     std::uint32_t tail_samples() const;
+
+    /// As RoomPlugin::level_db(); silence while it is not active. [main thread]
+    float level_db() const { return plugin_ ? plugin_->level_db() : -120.0F; }
 
     // [audio thread, while active]
     /// Begins a block. The host's transport is at a sample; as its time may be rounded, a sample
@@ -58,8 +68,6 @@ class PluginInstance {
     void restart() { plugin_->restart(); }
 
  private:
-    ControlValues values() const;
-
     const Kind& kind_;
     const std::filesystem::path folder_;
     std::array<std::atomic<float>, kControls> values_;

@@ -43,12 +43,20 @@ Vec3 position(const ControlValues& values, Control first) {
     return {values[i], values[i + 1], values[i + 2]};
 }
 
-/// A coordinate moved by a share from -1 to 1 towards an end of the room, which reaches from `low`
-/// to `high`. Nothing moves away from an end that it is beyond.
-float moved(float place, float share, float low, float high) {
+/// Where a share of -1 or 1 moves a coordinate, in a room from `low` to `high`. Nothing moves away
+/// from an end that it is beyond.
+float end_of(float place, bool is_high, float low, float high) {
     const float inset = std::min(kFromWall_m, (high - low) / 2);
-    const float end = share < 0 ? std::min(low + inset, place) : std::max(high - inset, place);
-    return std::lerp(place, end, std::abs(share));
+    return is_high ? std::max(high - inset, place) : std::min(low + inset, place);
+}
+
+/// The share that moves a coordinate from `place` to `wanted`, or as near as possible.
+float share_of(float place, float wanted, float low, float high) {
+    const bool is_high = wanted > place;
+    const float way = std::abs(end_of(place, is_high, low, high) - place);
+    if (way == 0) return 0;
+    const float share = std::min(std::abs(wanted - place) / way, 1.0F);
+    return is_high ? share : -share;
 }
 
 /// Rays of a quality per ray of the scene.
@@ -133,20 +141,26 @@ SceneControls::SceneControls(const Scene& scene, std::size_t sources)
       scene_gain_db_(scene.sources[0].gain_db),
       scene_rays_(scene.simulation.ray_count()) {}
 
+/// The place before the shares of the room: that of three controls or of the scene.
+Vec3 SceneControls::in_metres(const ControlValues& values, Control first) const {
+    if (!are_initial(values, first, 3)) return position(values, first);
+    return first == Control::source_x ? scene_source_.position : scene_listener_.position;
+}
+
 /// A place moved by the three shares from `first` on. Without geometry there is no room.
 Vec3 SceneControls::in_room(Vec3 place, const ControlValues& values, Control first) const {
-    if (room_.min.x > room_.max.x) return place;
+    if (!has_room()) return place;
     const Vec3 shares = position(values, first);
-    for (int axis = 0; axis < 3; ++axis)
-        place[axis] = moved(place[axis], shares[axis], room_.min[axis], room_.max[axis]);
+    for (int axis = 0; axis < 3; ++axis) {
+        const float end = end_of(place[axis], shares[axis] > 0, room_.min[axis], room_.max[axis]);
+        place[axis] = std::lerp(place[axis], end, std::abs(shares[axis]));
+    }
     return place;
 }
 
 Pose SceneControls::source_pose(const ControlValues& values, std::size_t source) const {
     Pose pose = scene_source_;
-    if (!are_initial(values, Control::source_x, 3))
-        pose.position = position(values, Control::source_x);
-    pose.position = in_room(pose.position, values, Control::source_room_x);
+    pose.position = in_room(in_metres(values, Control::source_x), values, Control::source_room_x);
     const float yaw = radians(value_of(values, Control::source_yaw));
     pose.yaw_rad += yaw;
     if (sources_ == 2) {
@@ -158,15 +172,31 @@ Pose SceneControls::source_pose(const ControlValues& values, std::size_t source)
 
 Pose SceneControls::listener_pose(const ControlValues& values) const {
     Pose pose = scene_listener_;
-    if (!are_initial(values, Control::listener_x, 3))
-        pose.position = position(values, Control::listener_x);
-    pose.position = in_room(pose.position, values, Control::listener_room_x);
+    pose.position =
+        in_room(in_metres(values, Control::listener_x), values, Control::listener_room_x);
     if (!are_initial(values, Control::listener_yaw, 3)) {
         pose.yaw_rad = radians(value_of(values, Control::listener_yaw));
         pose.pitch_rad = radians(value_of(values, Control::listener_pitch));
         pose.roll_rad = radians(value_of(values, Control::listener_roll));
     }
     return pose;
+}
+
+std::array<std::pair<Control, float>, 3> SceneControls::moved_to(
+    const Vec3& place, Control first, const ControlValues& values) const {
+    const bool is_source = first == Control::source_x;
+    const Control shares = is_source ? Control::source_room_x : Control::listener_room_x;
+    const auto begin = static_cast<std::size_t>(has_room() ? shares : first);
+    const Vec3 from = in_metres(values, first);
+    std::array<std::pair<Control, float>, 3> moved;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<std::size_t>(axis);
+        const float value =
+            has_room() ? share_of(from[axis], place[axis], room_.min[axis], room_.max[axis])
+                       : place[axis];
+        moved[i] = {static_cast<Control>(begin + i), value};
+    }
+    return moved;
 }
 
 float SceneControls::gain_db(const ControlValues& values) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/plugin/control_snapshot.h"
@@ -47,11 +49,18 @@ class SceneControls {
     Pose source_pose(const ControlValues& values, std::size_t source) const;
     Pose listener_pose(const ControlValues& values) const;
 
+    /// The controls, from the shares of the room on, that move the source or the listener to a
+    /// place in the room; without geometry those in metres. `first`: source_x or listener_x.
+    std::array<std::pair<Control, float>, 3> moved_to(const Vec3& place, Control first,
+                                                      const ControlValues& values) const;
+
     float gain_db(const ControlValues& values) const;
     int rays(const ControlValues& values) const;
     static PartGains part_gains(const ControlValues& values);
 
  private:
+    bool has_room() const { return room_.min.x <= room_.max.x; }
+    Vec3 in_metres(const ControlValues& values, Control first) const;
     Vec3 in_room(Vec3 place, const ControlValues& values, Control first) const;
 
     std::size_t sources_;

@@ -1,5 +1,8 @@
 #include "apps/plugin/presets.h"
 
+#include <cmath>
+#include <string>
+
 namespace aula::plugin {
 
 const std::vector<ShippedRoom>& shipped_rooms() {
@@ -12,6 +15,15 @@ const std::vector<ShippedRoom>& shipped_rooms() {
                                                 {"two rooms", "scenes/two_rooms.json"},
                                                 {"room with a door", "scenes/door.json"}};
     return rooms;
+}
+
+RoomFiles chosen_files(RoomFiles files, const ControlValues& values,
+                       const std::filesystem::path& folder) {
+    const auto room = static_cast<std::size_t>(std::lround(value_of(values, Control::room)));
+    if (room == 0) return files;
+    const std::string scene = shipped_rooms()[room - 1].scene;
+    files.scene = scene.empty() ? std::filesystem::path{} : folder / scene;
+    return files;
 }
 
 std::vector<Preset> presets() {

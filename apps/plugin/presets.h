@@ -1,9 +1,10 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <vector>
 
-#include "aula/engine/vec3.h"
+#include "apps/plugin/plugin_room.h"
 
 namespace aula::plugin {
 
@@ -15,6 +16,10 @@ struct ShippedRoom {
 
 /// By the values of the control `room` from 1 on, which hosts store: new rooms come last.
 const std::vector<ShippedRoom>& shipped_rooms();
+
+/// `files` with the scene that the control `room` chooses, of the shipped ones in `folder`.
+RoomFiles chosen_files(RoomFiles files, const ControlValues& values,
+                       const std::filesystem::path& folder);
 
 /// Places in a room that ships with the plugins.
 struct Preset {

@@ -56,17 +56,6 @@ RoomFiles RoomLoader::files() const {
     return files_;
 }
 
-/// The present files, with the scene that the control `room` chooses.
-RoomFiles RoomLoader::chosen_files() const {
-    RoomFiles files = this->files();
-    const auto room =
-        static_cast<std::size_t>(std::lround(value_of(controls_->read(), Control::room)));
-    if (room == 0) return files;
-    const std::string scene = shipped_rooms()[room - 1].scene;
-    files.scene = scene.empty() ? std::filesystem::path{} : ports_.folder / scene;
-    return files;
-}
-
 void RoomLoader::set_files(const RoomFiles& files) {
     change_and_wait([&] { files_ = files; });
     request_replies();
@@ -200,7 +189,7 @@ std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
 template <typename Room>
 std::unique_ptr<Room> RoomLoader::build(
     const std::function<std::unique_ptr<Room>(const RoomFiles& readable)>& make) {
-    const RoomFiles files = chosen_files();
+    const RoomFiles files = chosen_files(this->files(), controls_->read(), ports_.folder);
     std::string status;
     const auto attempt = [&](const RoomFiles& readable) -> std::unique_ptr<Room> {
         try {

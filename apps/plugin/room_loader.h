@@ -74,7 +74,6 @@ class RoomLoader {
     ControlSnapshot& controls() noexcept AULA_NONBLOCKING { return *controls_; }
 
  private:
-    RoomFiles chosen_files() const;
     void serve();
     void handle_requests();
     void build_live();

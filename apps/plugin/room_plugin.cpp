@@ -17,6 +17,9 @@ constexpr double kRoomFade_s = 0.05;
 /// Time in which the wet share moves to a new value: the largest step of a sample is -67 dB.
 constexpr double kWetGlide_s = 0.05;
 
+/// Fall of the level, dB/s: that of peak programme meters of type I (IEC 60268-10), 20 dB in 1.7 s.
+constexpr double kLevelFall_db_s = 20 / 1.7;
+
 std::size_t to_samples(double seconds, double sample_rate_hz) {
     return static_cast<std::size_t>(std::lround(seconds * sample_rate_hz));
 }
@@ -26,6 +29,7 @@ std::size_t to_samples(double seconds, double sample_rate_hz) {
 RoomPlugin::RoomPlugin(const PluginPorts& ports)
     : output_(ports.format),
       channels_(channel_count(ports.format)),
+      sample_rate_hz_(ports.sample_rate_hz),
       loader_(ports),
       values_(initial_values()),
       fade_(to_samples(kRoomFade_s, ports.sample_rate_hz)),
@@ -138,6 +142,7 @@ void RoomPlugin::process(std::span<const float* const> inputs, std::span<float* 
         else
             render_live(samples);
         mix(samples);
+        measure_level(samples);
         if (rolls_) transport_ += static_cast<std::int64_t>(samples);
     }
 }
@@ -211,6 +216,17 @@ void RoomPlugin::mix(std::size_t samples) {
         const std::vector<float>& source = dry_[std::min(p, dry_.size() - 1)];
         for (std::size_t n = 0; n < samples; ++n) channel[n] += (1 - weights_[n]) * source[n];
     }
+}
+
+void RoomPlugin::measure_level(std::size_t samples) {
+    float peak = 0;
+    for (const float* const channel : chunk_outputs_)
+        for (std::size_t n = 0; n < samples; ++n) peak = std::max(peak, std::abs(channel[n]));
+    const auto fall_db =
+        static_cast<float>(kLevelFall_db_s * static_cast<double>(samples) / sample_rate_hz_);
+    // Of a peak of 0, too.
+    const float peak_db = std::max(20 * std::log10(peak), kSilence_db);
+    level_db_ = std::max(level_db_ - fall_db, peak_db);
 }
 
 }  // namespace aula::plugin

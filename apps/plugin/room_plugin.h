@@ -58,19 +58,24 @@ class RoomPlugin {
     std::string status() const { return loader_.status(); }
     /// How long the present room is heard after its input has ended. [any thread]
     std::int64_t tail_samples() const { return tail_samples_; }
+    /// Peak of the output, dB re full scale; it falls slowly. [any thread]
+    float level_db() const { return level_db_; }
 
  private:
     void begin_exact();
     void render_exact(std::size_t samples);
     void render_live(std::size_t samples);
     void mix(std::size_t samples);
+    void measure_level(std::size_t samples);
     void give_back_rooms();
     float target_wet() const;
 
     static constexpr std::size_t kChunk = 1024;
+    static constexpr float kSilence_db = -120;
 
     const OutputFormat output_;
     const std::size_t channels_;
+    const double sample_rate_hz_;
     RoomLoader loader_;
 
     ControlValues values_;
@@ -93,6 +98,7 @@ class RoomPlugin {
     std::int64_t transport_ = 0;
 
     std::atomic<std::int64_t> tail_samples_ = 0;
+    std::atomic<float> level_db_ = kSilence_db;
     bool started_ = false;  ///< samples have been processed since activate()
     Glide wet_;
     std::vector<std::vector<float>> dry_;         ///< [source]

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "apps/documents/parameter_map.h"
+#include "apps/drawing/plan_drawing.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/window/gl/colours.h"

@@ -7,11 +7,10 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
+#include "apps/drawing/style.h"
 #include "aula/exception.h"
 
 namespace aula {
@@ -46,52 +45,6 @@ GLFWwindow* open_on_display(int width, int height) {
     // Window managers maximize it. Without one it has the display's size.
     return open_window(std::max(display_width, NativeWindow::kMinWidth),
                        std::max(display_height, NativeWindow::kMinHeight), true, true);
-}
-
-void set_style(float scale) {
-    ImGuiStyle& style = ImGui::GetStyle();
-    style = {};
-    ImGui::StyleColorsDark();
-    style.WindowRounding = 0;
-    style.WindowBorderSize = 0;
-    style.FrameRounding = 3;
-    style.FrameBorderSize = 1;  // makes empty boxes visible
-    style.GrabRounding = 3;
-    style.ItemSpacing = {6, 4};
-    style.FramePadding = {5, 2};
-    style.WindowPadding = {8, 6};
-    style.CellPadding = {3, 1};
-    ImVec4* colours = style.Colors;
-    colours[ImGuiCol_WindowBg] = {0.105F, 0.117F, 0.14F, 1};
-    colours[ImGuiCol_PopupBg] = {0.12F, 0.135F, 0.16F, 0.98F};
-    colours[ImGuiCol_Header] = {0.17F, 0.20F, 0.25F, 1};
-    colours[ImGuiCol_HeaderHovered] = {0.22F, 0.28F, 0.36F, 1};
-    colours[ImGuiCol_HeaderActive] = {0.20F, 0.42F, 0.60F, 1};
-    colours[ImGuiCol_Button] = {0.19F, 0.23F, 0.29F, 1};
-    colours[ImGuiCol_ButtonHovered] = {0.25F, 0.36F, 0.48F, 1};
-    colours[ImGuiCol_FrameBg] = {0.065F, 0.075F, 0.095F, 1};
-    colours[ImGuiCol_SliderGrab] = {0.22F, 0.40F, 0.56F, 1};
-    colours[ImGuiCol_SliderGrabActive] = {0.30F, 0.55F, 0.75F, 1};
-    colours[ImGuiCol_TableRowBg] = {0, 0, 0, 0};
-    colours[ImGuiCol_TableRowBgAlt] = {1, 1, 1, 0.035F};
-    colours[ImGuiCol_Border] = {1, 1, 1, 0.14F};
-    style.ScaleAllSizes(scale);
-}
-
-/// Loads the fonts in the order of Gui's comment.
-void load_fonts(float scale) {
-    ImFontAtlas* fonts = ImGui::GetIO().Fonts;
-    fonts->Clear();
-    const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";
-    for (const auto& [name, size] : {std::pair{"DejaVuSans.ttf", 14.0F},
-                                     {"DejaVuSans-Bold.ttf", 17.0F},
-                                     {"DejaVuSans.ttf", 11.5F}}) {
-        const std::filesystem::path file = folder / name;
-        if (std::filesystem::exists(file))
-            fonts->AddFontFromFileTTF(file.c_str(), std::round(size * scale));
-        else
-            fonts->AddFontDefault();
-    }
 }
 
 }  // namespace

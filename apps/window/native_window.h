@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/window/view/input_events.h"
+#include "apps/drawing/input_events.h"
 
 struct GLFWwindow;
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/documents/parameter_text.h"
+#include "apps/drawing/plan_drawing.h"
 #include "apps/session/base/formatted.h"
 #include "apps/window/gl/colours.h"
 #include "apps/window/rows.h"

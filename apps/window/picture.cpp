@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "apps/drawing/plan_drawing.h"
 #include "apps/window/gl/colours.h"
 #include "apps/window/view/lobe.h"
 #include "apps/window/view/sides.h"

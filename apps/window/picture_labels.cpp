@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "apps/documents/parameter_text.h"
+#include "apps/drawing/plan_drawing.h"
 #include "apps/session/base/formatted.h"
 #include "apps/session/offline/measurement_text.h"
 #include "apps/window/gl/colours.h"

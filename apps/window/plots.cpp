@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "apps/documents/parameter_text.h"
+#include "apps/drawing/plan_drawing.h"
 #include "apps/session/base/formatted.h"
 #include "apps/window/gl/colours.h"
 #include "apps/window/panels.h"
@@ -432,10 +433,6 @@ void draw_pane_choice(PlotChoice& choice, const std::vector<PaneBox>& shown) {
 }
 
 }  // namespace
-
-ImU32 packed(const glm::vec3& colour, float alpha) {
-    return ImGui::ColorConvertFloat4ToU32({colour.x, colour.y, colour.z, alpha});
-}
 
 void draw_plots(const Model& model, PlotChoice& choice) {
     const auto view = model.view();

@@ -18,7 +18,4 @@ struct PlotChoice {
 /// side by side into the current Dear ImGui window.
 void draw_plots(const Model& model, PlotChoice& choice);
 
-/// A colour in Dear ImGui's packed format.
-ImU32 packed(const glm::vec3& colour, float alpha = 1);
-
 }  // namespace aula

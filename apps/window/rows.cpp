@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "apps/drawing/plan_drawing.h"
 #include "apps/window/plots.h"
 
 namespace aula {

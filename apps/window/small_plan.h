@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "apps/documents/floor_plan.h"
+#include "apps/drawing/room_section.h"
 #include "apps/window/model/model.h"
 
 namespace aula {
@@ -19,7 +19,7 @@ class SmallPlan {
  private:
     void follow(const Model& model, float z_m);
 
-    FloorPlan plan_;
+    RoomSection plan_;
     std::uint64_t geometry_version_ = 0;
     float z_m_ = 0;
 };

@@ -37,6 +37,7 @@ set(program "${root}/bin/aula")
 set(library "${root}/lib/libaula.so.0")
 set(bundle "${root}/lib/lv2/aula.lv2")
 set(plugin "${bundle}/aula.so")
+file(GLOB editor "${bundle}/aula_editor.so")
 file(GLOB other_plugins "${root}/lib/clap/aula/aula.clap"
      "${root}/lib/vst3/aula.vst3/Contents/*-linux/aula.so"
      "${root}/lib/godot/addons/aula/libaula_godot.so"
@@ -78,7 +79,7 @@ function(copy_libraries to from)
     set(libraries "${found}" PARENT_SCOPE)
 endfunction()
 # The folders of plugins have their own, to work where a user copies them.
-copy_libraries("${bundle}/lib" "" "${plugin}")
+copy_libraries("${bundle}/lib" "" "${plugin}" ${editor})
 foreach(other IN LISTS other_plugins)
     cmake_path(GET other PARENT_PATH folder)
     copy_libraries("${folder}/lib" "${bundle}/lib" "${other}")
@@ -100,7 +101,9 @@ if(pkgcfg_lib_GLFW_glfw)
     cmake_path(REPLACE_FILENAME pkgcfg_lib_GLFW_glfw "${soname}" OUTPUT_VARIABLE window)
 endif()
 copy_libraries("${root}/lib/aula" "${bundle}/lib" "${program}" "${library}" ${window})
-run("${PATCHELF}" --set-rpath "$ORIGIN/lib" "${plugin}")
+foreach(binary "${plugin}" ${editor})
+    run("${PATCHELF}" --set-rpath "$ORIGIN/lib" "${binary}")
+endforeach()
 run("${PATCHELF}" --set-rpath "$ORIGIN/aula" "${library}")
 run("${PATCHELF}" --set-rpath "$ORIGIN/../lib/aula" "${program}")
 foreach(folder "${bundle}" "${root}/lib/clap/aula"
@@ -115,6 +118,10 @@ endforeach()
 # Licences: those of the packages of the libraries and of what is compiled in.
 file(REMOVE_RECURSE "${root}/share/doc/aula-lv2" "${root}/share/doc/libaula0")
 set(documents "${root}/share/doc/aula")
+if(editor)
+    configure_file("${CMAKE_CURRENT_LIST_DIR}/pugl.copyright"
+                   "${documents}/libraries/pugl.copyright" COPYONLY)
+endif()
 foreach(format clap vst3)
     file(REMOVE_RECURSE "${root}/share/doc/aula-${format}")
     if(EXISTS "${root}/lib/${format}")

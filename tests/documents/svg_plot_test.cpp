@@ -58,7 +58,7 @@ TEST_CASE("A plan contains its points, also without walls") {
 }
 
 TEST_CASE("Names in a plan avoid the marks and names beside them") {
-    FloorPlan plan;
+    RoomSection plan;
     plan.walls = {{glm::vec2(0, 0), glm::vec2(12, 0)}, {glm::vec2(12, 0), glm::vec2(12, 9)}};
     plan.max = {12, 9};
     const auto place_of = [](const std::string& svg, const std::string& name) {

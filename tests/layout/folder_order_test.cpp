@@ -32,16 +32,18 @@ const std::array kParts = {
         {"base", "waves", "frames", "auralizer", "images", "offline", "edit", "live", "remote", ""},
         {"engine", "audio", "process"}},
     Part{"apps/capi", {"include", ""}, {"apps/session", "engine", "audio", "process"}},
-    Part{"apps/documents", {"", "report"}, {"apps/session", "engine", "audio"}},
+    Part{"apps/drawing", {""}, {"engine"}},
+    Part{"apps/documents", {"", "report"}, {"apps/drawing", "apps/session", "engine", "audio"}},
     Part{"apps/window",
          {"view", "model", "gl", ""},
-         {"apps/documents", "apps/session", "engine", "audio", "process"}},
+         {"apps/documents", "apps/drawing", "apps/session", "engine", "audio", "process"}},
     Part{"apps/bench",
          {"base", "convolution", "propagation", "rendering", "waves", ""},
          {"apps/session", "engine", "audio", "process"}},
     Part{"apps/examples", {""}, {"apps/session", "engine", "audio"}},
-    Part{
-        "apps/plugin", {"", "lv2", "clap", "vst3"}, {"apps/session", "engine", "audio", "process"}},
+    Part{"apps/plugin",
+         {"", "editor", "lv2", "clap", "vst3"},
+         {"apps/drawing", "apps/session", "engine", "audio", "process"}},
     Part{"apps/godot", {"interface", "sound", "bind", ""}, {}},
     Part{"apps/unity", {""}, {"process"}},
     Part{"apps/python", {""}, {"apps/session", "engine", "audio"}},
@@ -50,8 +52,8 @@ const std::array kParts = {
          {"apps/session", "engine", "audio", "process"}},
     Part{"apps/aula",
          {"arguments", "terminal", ""},
-         {"apps/dataset", "apps/documents", "apps/session", "apps/window", "engine", "audio",
-          "process"}},
+         {"apps/dataset", "apps/documents", "apps/drawing", "apps/session", "apps/window", "engine",
+          "audio", "process"}},
 };
 
 bool is_source(const fs::path& file) {

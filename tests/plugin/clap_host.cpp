@@ -1,6 +1,7 @@
 #include "tests/plugin/clap_host.h"
 
 #include <clap/ext/audio-ports.h>
+#include <clap/ext/timer-support.h>
 #if __has_include(<clap/factory/plugin-factory.h>)
 #include <clap/factory/plugin-factory.h>
 #else
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 #include "tests/plugin/shared_library.h"
 
@@ -73,6 +75,20 @@ const void* ClapHost::host_extension(const clap_host_t*, const char* id) {
         const std::lock_guard lock(self.mutex_);
         self.logged_ += std::string(text) + "\n";
     }};
+    static const clap_host_timer_support_t kTimers{
+        [](const clap_host_t* host, std::uint32_t, clap_id* timer) {
+            *timer = host_of(host).timer_ = 7;
+            return true;
+        },
+        [](const clap_host_t* host, clap_id timer) {
+            return std::exchange(host_of(host).timer_, CLAP_INVALID_ID) == timer;
+        }};
+    static const clap_host_params_t kParameters{
+        [](const clap_host_t*, clap_param_rescan_flags) {},
+        [](const clap_host_t*, clap_id, clap_param_clear_flags) {},
+        [](const clap_host_t* host) { host_of(host).wants_flush_ = true; }};
+    if (std::strcmp(id, CLAP_EXT_TIMER_SUPPORT) == 0) return &kTimers;
+    if (std::strcmp(id, CLAP_EXT_PARAMS) == 0) return &kParameters;
     if (std::strcmp(id, CLAP_EXT_THREAD_CHECK) == 0) return &kThreads;
     if (std::strcmp(id, plugin::kLogExtension) == 0) return &kLog;
     return nullptr;
@@ -176,8 +192,7 @@ clap_process_status ClapHost::run_block(const Channels& input, Channels& output,
         if (change.sample >= first && change.sample < last)
             events.changes.push_back(event_of(change, first));
     const clap_input_events_t in{&events, Events::size, Events::get};
-    const clap_output_events_t out{
-        nullptr, [](const clap_output_events_t*, const clap_event_header_t*) { return true; }};
+    const clap_output_events_t out{this, take_edit};
     clap_event_transport_t transport{};
     transport.header = {sizeof transport, 0, CLAP_CORE_EVENT_SPACE_ID, CLAP_EVENT_TRANSPORT, 0};
     if (transport_ >= 0) {
@@ -215,6 +230,33 @@ clap_process_status ClapHost::run_block(const Channels& input, Channels& output,
     });
     if (copy != input) ++misuses_;
     return status;
+}
+
+bool ClapHost::take_edit(const clap_output_events_t* list, const clap_event_header_t* event) {
+    std::vector<Edit>& edits = static_cast<ClapHost*>(list->ctx)->edits_;
+    if (event->type == CLAP_EVENT_PARAM_VALUE) {
+        const auto& change = *reinterpret_cast<const clap_event_param_value_t*>(event);
+        edits.push_back({event->type, static_cast<plugin::Control>(change.param_id), change.value});
+    } else {
+        const auto& gesture = *reinterpret_cast<const clap_event_param_gesture_t*>(event);
+        edits.push_back({event->type, static_cast<plugin::Control>(gesture.param_id), 0});
+    }
+    return true;
+}
+
+void ClapHost::tick() {
+    if (has_timer())
+        extension<clap_plugin_timer_support_t>(CLAP_EXT_TIMER_SUPPORT).on_timer(plugin_, timer_);
+    if (!wants_flush_.exchange(false)) return;
+    const clap_output_events_t out{this, take_edit};
+    extension<clap_plugin_params_t>(CLAP_EXT_PARAMS).flush(plugin_, nullptr, &out);
+}
+
+void ClapHost::flush(plugin::Control control, double value) {
+    Events events{{event_of({0, control, value}, 0)}};
+    const clap_input_events_t in{&events, Events::size, Events::get};
+    const clap_output_events_t out{this, take_edit};
+    extension<clap_plugin_params_t>(CLAP_EXT_PARAMS).flush(plugin_, &in, &out);
 }
 
 void ClapHost::idle() {

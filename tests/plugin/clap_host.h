@@ -64,6 +64,22 @@ class ClapHost {
     /// Calls on_main_thread() if the plugin has asked for it.
     void idle();
 
+    /// What the editor has told the host of parameters, in process() or flush(): events by type,
+    /// each of a control, with the value of a change.
+    struct Edit {
+        std::uint16_t type;
+        plugin::Control control;
+        double value;
+    };
+    const std::vector<Edit>& edits() const { return edits_; }
+
+    /// While not active: calls the timer of the editor, if it has one, and flushes parameters if it
+    /// has asked for it.
+    void tick();
+    /// While not active: changes a parameter.
+    void flush(plugin::Control control, double value);
+    bool has_timer() const { return timer_ != CLAP_INVALID_ID; }
+
     /// State in parts of `part` bytes; empty if it cannot be saved.
     std::string save(std::size_t part = 7) const;
     bool load(const std::string& state, std::size_t part = 7) const;
@@ -79,6 +95,7 @@ class ClapHost {
 
  private:
     static const void* host_extension(const clap_host_t* host, const char* id);
+    static bool take_edit(const clap_output_events_t* list, const clap_event_header_t* event);
     void serve();
     clap_process_status run_block(const Channels& input, Channels& output, std::size_t first,
                                   std::size_t last, const std::vector<ClapChange>& changes);
@@ -94,6 +111,9 @@ class ClapHost {
     RealtimeViolations* violations_ = nullptr;
     std::atomic<int> misuses_ = 0;
     std::atomic<bool> wants_callback_ = false;
+    std::atomic<bool> wants_flush_ = false;
+    clap_id timer_ = CLAP_INVALID_ID;
+    std::vector<Edit> edits_;
 
     mutable std::mutex mutex_;  ///< of what follows
     mutable std::condition_variable changed_;

@@ -83,10 +83,25 @@ TEST_CASE("Shares of the room move from the place in metres to the ends of the r
     CHECK(source().x == Approx(0.1F));
     set(Control::listener_room_x, 0.5F);
     CHECK(plugin::SceneControls(scene, 1).listener_pose(values).position.x == Approx(6.2F));
+    // A place that is wanted is found again; one out of the room is moved to its ends.
+    const auto move = [&](const Scene& in, const Vec3& wanted) {
+        const plugin::SceneControls controls(in, 1);
+        for (const auto& [control, value] : controls.moved_to(wanted, Control::listener_x, values))
+            set(control, value);
+        return controls.listener_pose(values).position;
+    };
+    for (const Vec3& wanted : {Vec3(1, 6, 2), Vec3(8.5F, 0.2F, 0.3F), Vec3(3.5F, 3.5F, 1.5F)})
+        CHECK(glm::distance(move(scene, wanted), wanted) < 1e-5F);
+    CHECK(values[static_cast<std::size_t>(Control::listener_room_x)] == 0);
+    CHECK(glm::distance(move(scene, {-5, 3.5F, 50}), Vec3(0.1F, 3.5F, 2.9F)) < 1e-5F);
+    CHECK(values[static_cast<std::size_t>(Control::listener_x)] ==
+          plugin::initial_values()[static_cast<std::size_t>(Control::listener_x)]);
     // A table of 10 cm has its middle as its ends; a free field has none.
     Scene low = scene;
     low.objects = {};
+    values = plugin::initial_values();
     CHECK(plugin::SceneControls(low, 1).listener_pose(values).position.x == 3.5F);
+    CHECK(move(low, {-5, 1, 2}) == Vec3(-5, 1, 2));  // in metres
     low.objects.emplace_back().vertices = {{0, 0, 0}, {0.1F, 0, 0}, {0, 1, 0}};
     values = plugin::initial_values();
     set(Control::listener_room_x, -1);

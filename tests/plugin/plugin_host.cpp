@@ -48,6 +48,7 @@ PluginHost::PluginHost(OutputFormat layout, double rate_hz)
         descriptor_->connect_port(handle_, plugin::control_port(layout, i), &controls_[i]);
     descriptor_->connect_port(handle_, plugin::freewheel_port(layout), &freewheel_);
     descriptor_->connect_port(handle_, plugin::latency_port(layout), &latency_);
+    descriptor_->connect_port(handle_, plugin::level_port(layout), &level_db_);
     descriptor_->connect_port(handle_, plugin::messages_port(layout), control_.data());
     descriptor_->connect_port(handle_, plugin::notify_port(layout), notify_.data());
     lv2_atom_forge_init(&forge_, &map_);

@@ -49,6 +49,7 @@ class PluginHost {
     void set_freewheel(float value) { freewheel_ = value; }
     /// What the plugin has written.
     float latency() const { return latency_; }
+    float level_db() const { return level_db_; }
 
     void activate();
     void deactivate();
@@ -86,6 +87,7 @@ class PluginHost {
     plugin::ControlValues controls_;
     float freewheel_ = 0;
     float latency_ = 99;
+    float level_db_ = 99;
     LV2_Atom_Forge forge_{};
     LV2_Atom_Forge_Frame sequence_{};
     alignas(8) std::array<std::uint8_t, 16384> control_{};

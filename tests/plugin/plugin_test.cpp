@@ -158,6 +158,21 @@ TEST_CASE("Bypass and a change of the wet share have no step above -60 dB") {
     CHECK(last != Approx(0.5F).margin(1e-3));
 }
 
+TEST_CASE("The level of the output is its peak, which falls by 20 dB in 1.7 s") {
+    PluginHost host(OutputFormat::foa, 8000);
+    host.set_freewheel(1);
+    host.set(Control::enabled, 0);
+    host.activate();
+    std::vector<float> click(400);
+    click[7] = -0.5F;
+    host.run(click, {400});
+    CHECK(host.level_db() == Approx(-6.02).margin(0.01));
+    host.run(std::vector<float>(13600), {400});
+    CHECK(host.level_db() == Approx(-26.02).margin(0.01));
+    host.run(std::vector<float>(80000), {400});
+    CHECK(host.level_db() == -120);
+}
+
 TEST_CASE("Bypassed ambisonics have the input in the omnidirectional channel") {
     PluginHost host(OutputFormat::foa);
     host.set_freewheel(1);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/documents/floor_plan.h"
+#include "apps/drawing/room_section.h"
 #include "apps/session/offline/measured_values.h"
 #include "aula/measurement.h"
 #include "engine/rays/room_survey.h"
@@ -41,7 +41,7 @@ struct RoomReport {
     std::vector<char> in_room;  ///< [pair] 0 if the source or the receiver is outside the room
     bool frames_given = false;  ///< so that standard errors are unknown
     RoomGeometry room;
-    FloorPlan plan;
+    RoomSection plan;
     float plan_height_m = 0;                                ///< z of the plan
     std::map<std::string, std::string> material_sources{};  ///< by name, as the scene says
     std::vector<LayerMaterial> layers{};                    ///< of the scene's mesh files

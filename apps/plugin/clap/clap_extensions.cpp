@@ -105,8 +105,8 @@ bool text_to_value(const clap_plugin_t*, clap_id id, const char* text, double* v
 }
 
 void flush(const clap_plugin_t* plugin, const clap_input_events_t* in,
-           const clap_output_events_t*) {
-    if (in != nullptr) ClapPlugin::of(plugin).apply(*in);
+           const clap_output_events_t* out) {
+    ClapPlugin::of(plugin).flush(in, out);
 }
 
 constexpr clap_plugin_audio_ports_t kPorts{port_count, port};
@@ -144,7 +144,7 @@ constexpr std::array<std::pair<const char*, const void*>, 8> kExtensions{
 const void* find_extension(const char* id) {
     for (const auto& [name, extension] : kExtensions)
         if (std::strcmp(name, id) == 0) return extension;
-    return nullptr;
+    return find_editor_extension(id);
 }
 
 }  // namespace aula::plugin

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
 #include <span>
 #include <string>
 
@@ -94,7 +95,36 @@ bool ClapPlugin::load(const clap_istream_t& stream) {
 
 void ClapPlugin::report() {
     const std::string status = instance_.new_status();
-    if (!status.empty() && log_ != nullptr) log_->log(&host_, HostLog::warning, status.c_str());
+    if (!status.empty()) log(HostLog::warning, status.c_str());
+}
+
+void ClapPlugin::log(HostLog::Severity severity, const char* line) const {
+    if (log_ != nullptr) log_->log(&host_, severity, line);
+}
+
+bool ClapPlugin::create_editor() {
+    if (!is_main_thread()) return false;
+    try {
+        editor_ = std::make_unique<ClapEditor>(host_, instance_, events_);
+    } catch (const std::exception& error) {
+        log(HostLog::warning, error.what());
+    }
+    return editor_ != nullptr;
+}
+
+bool ClapPlugin::open_editor(std::uintptr_t parent) {
+    if (!is_main_thread() || !editor_) return false;
+    try {
+        editor_->editor().open(parent);
+        return true;
+    } catch (const std::exception& error) {
+        log(HostLog::warning, error.what());
+        return false;
+    }
+}
+
+void ClapPlugin::destroy_editor() {
+    if (is_main_thread()) editor_.reset();
 }
 
 void ClapPlugin::apply(const clap_event_header_t& event) {
@@ -104,10 +134,11 @@ void ClapPlugin::apply(const clap_event_header_t& event) {
         instance_.set_parameter(static_cast<Control>(change.param_id), change.value);
 }
 
-void ClapPlugin::apply(const clap_input_events_t& events) {
-    const std::uint32_t count = events.size(&events);
+void ClapPlugin::flush(const clap_input_events_t* in, const clap_output_events_t* out) {
+    const std::uint32_t count = in != nullptr ? in->size(in) : 0;
     for (std::uint32_t e = 0; e < count; ++e)
-        if (const clap_event_header_t* const event = events.get(&events, e)) apply(*event);
+        if (const clap_event_header_t* const event = in->get(in, e)) apply(*event);
+    if (out != nullptr) events_.send(*out);
 }
 
 /// A host without a timeline in seconds has no transport.
@@ -130,6 +161,7 @@ clap_process_status ClapPlugin::process(const clap_process_t& call) {
     call.audio_outputs[0].constant_mask = 0;
     const std::span<const float* const> inputs(call.audio_inputs[0].data32, sources);
     begin_block(call.transport);
+    if (call.out_events != nullptr) events_.send(*call.out_events);
     std::size_t done = 0;
     const std::uint32_t events =
         call.in_events != nullptr ? call.in_events->size(call.in_events) : 0;

@@ -7,9 +7,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <vector>
 
+#include "apps/plugin/clap/clap_editor.h"
 #include "apps/plugin/clap/extensions.h"
+#include "apps/plugin/clap/parameter_events.h"
 #include "apps/plugin/plugin_instance.h"
 
 namespace aula::plugin {
@@ -43,11 +46,21 @@ class ClapPlugin {
     clap_process_status process(const clap_process_t& call);
     void reset();
 
-    /// Applies changes of parameters. [any thread]
-    void apply(const clap_input_events_t& events);
+    /// Applies changes of parameters, and tells the host those of the editor; both may be null.
+    /// [the audio thread while active, else the main thread]
+    void flush(const clap_input_events_t* in, const clap_output_events_t* out);
+
+    // [main thread]
+    /// False, with a line in the log of the host, if there can be none.
+    bool create_editor();
+    bool open_editor(std::uintptr_t parent);
+    void destroy_editor();
+    /// The editor, or null.
+    ClapEditor* editor() { return editor_.get(); }
 
  private:
     bool is_main_thread() const;
+    void log(HostLog::Severity severity, const char* line) const;
     void apply(const clap_event_header_t& event);
     void begin_block(const clap_event_transport_t* transport);
 
@@ -58,6 +71,8 @@ class ClapPlugin {
     const HostLog* log_ = nullptr;
     double sample_rate_hz_ = 0;
     std::vector<float*> outputs_;
+    ParameterEvents events_;
+    std::unique_ptr<ClapEditor> editor_;
 };
 
 /// An extension of the plugins, or null.

@@ -13,14 +13,12 @@
 #include <string>
 #include <system_error>
 
+#include "apps/plugin/lv2/features.h"
 #include "apps/plugin/lv2/ports.h"
 
 namespace aula::plugin {
 
 namespace {
-
-constexpr std::array<const char*, kProperties> kPropertyUris{
-    AULA_PLUGIN_URI "#scene", AULA_PLUGIN_URI "#hrtf", AULA_PLUGIN_URI "#status"};
 
 constexpr const char* kSeedUri = AULA_PLUGIN_URI "#seed";
 constexpr const char* kKeysUri = AULA_PLUGIN_URI "#keys";
@@ -61,12 +59,6 @@ std::filesystem::path resolved(const std::filesystem::path& file) {
 }
 
 }  // namespace
-
-void* find_feature(const LV2_Feature* const* features, const char* uri) {
-    for (; features != nullptr && *features != nullptr; ++features)
-        if (std::strcmp((*features)->URI, uri) == 0) return (*features)->data;
-    return nullptr;
-}
 
 HostMessages::HostMessages(const LV2_URID_Map* map) : mapped_(map != nullptr) {
     if (!mapped_) return;

@@ -90,7 +90,4 @@ class HostMessages {
     bool writes_ = false;
 };
 
-/// The data of a host's feature, or null.
-void* find_feature(const LV2_Feature* const* features, const char* uri);
-
 }  // namespace aula::plugin

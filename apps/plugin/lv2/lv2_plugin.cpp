@@ -29,7 +29,9 @@ void Lv2Plugin::connect(std::uint32_t port, void* data) {
         control_ = static_cast<const LV2_Atom_Sequence*>(data);
     } else if (port == notify_port(output_)) {
         notify_ = static_cast<LV2_Atom_Sequence*>(data);
-    } else if (port <= control_port(output_, kControls - 1)) {
+    } else if (port == level_port(output_)) {
+        level_ = static_cast<float*>(data);
+    } else if (port < level_port(output_)) {
         controls_[port - first_control - kPortsBetween] = static_cast<const float*>(data);
     }
 }
@@ -70,6 +72,7 @@ void Lv2Plugin::run(std::uint32_t samples) {
     send_replies();
     messages_.end();
     if (latency_ != nullptr) *latency_ = 0;
+    if (level_ != nullptr) *level_ = plugin_.level_db();
 }
 
 void Lv2Plugin::handle(const HostEvent& event) {

@@ -43,6 +43,7 @@ class Lv2Plugin {
     std::array<const float*, kControls> controls_{};
     const float* freewheel_ = nullptr;
     float* latency_ = nullptr;
+    float* level_ = nullptr;
     const LV2_Atom_Sequence* control_ = nullptr;
     LV2_Atom_Sequence* notify_ = nullptr;
 };

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <exception>
 
+#include "apps/plugin/lv2/features.h"
 #include "apps/plugin/lv2/lv2_plugin.h"
 #include "apps/plugin/lv2/ports.h"
 #include "apps/session/auralizer/command_checks.h"

@@ -6,12 +6,13 @@
 #include <span>
 
 #include "apps/plugin/controls.h"
+#include "apps/plugin/message_queue.h"
 
 namespace aula::plugin {
 
 // The ports of the LV2 plugins, in their order: the audio input, the outputs, the controls from
-// source_x to enabled, freewheel, latency, the two event ports, the other controls. Hosts store
-// ports by index and values by symbol: neither changes; new ports come last.
+// source_x to enabled, freewheel, latency, the two event ports, the other controls, level. Hosts
+// store ports by index and values by symbol: neither changes; new ports come last.
 
 /// URI of the bundle's plugins without their layout; properties have it as a prefix, too.
 #define AULA_PLUGIN_URI "urn:aula:room"
@@ -40,5 +41,14 @@ inline std::uint32_t freewheel_port(OutputFormat output) {
 inline std::uint32_t latency_port(OutputFormat output) { return freewheel_port(output) + 1; }
 inline std::uint32_t messages_port(OutputFormat output) { return freewheel_port(output) + 2; }
 inline std::uint32_t notify_port(OutputFormat output) { return freewheel_port(output) + 3; }
+/// An output. Later controls come after it.
+inline std::uint32_t level_port(OutputFormat output) { return control_port(output, kControls); }
+
+/// URIs of properties, by Property.
+inline constexpr std::array<const char*, kProperties> kPropertyUris{
+    AULA_PLUGIN_URI "#scene", AULA_PLUGIN_URI "#hrtf", AULA_PLUGIN_URI "#status"};
+
+/// URI of the editor.
+inline constexpr const char* kEditorUri = AULA_PLUGIN_URI "#editor";
 
 }  // namespace aula::plugin

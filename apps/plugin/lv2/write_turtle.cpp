@@ -1,5 +1,5 @@
-// aula_write_turtle FOLDER VERSION_MINOR VERSION_MICRO: writes the Turtle files of the bundle:
-// manifest.ttl, aula.ttl and presets.ttl.
+// aula_write_turtle FOLDER VERSION_MINOR VERSION_MICRO HAS_EDITOR: writes the Turtle files of the
+// bundle: manifest.ttl, aula.ttl and presets.ttl. HAS_EDITOR: 1 or 0.
 
 #include <cstdio>
 #include <exception>
@@ -29,6 +29,7 @@ constexpr const char* kPrefixes = R"(@prefix atom: <http://lv2plug.in/ns/ext/ato
 @prefix rsz: <http://lv2plug.in/ns/ext/resize-port#> .
 @prefix state: <http://lv2plug.in/ns/ext/state#> .
 @prefix time: <http://lv2plug.in/ns/ext/time#> .
+@prefix ui: <http://lv2plug.in/ns/extensions/ui#> .
 @prefix units: <http://lv2plug.in/ns/extensions/units#> .
 @prefix urid: <http://lv2plug.in/ns/ext/urid#> .
 
@@ -156,6 +157,31 @@ std::string event_ports(const Kind& layout) {
     return text.str();
 }
 
+std::string level_text(const Kind& layout) {
+    std::ostringstream text;
+    text << " , [\n\t\ta lv2:OutputPort , lv2:ControlPort ;\n\t\tlv2:index "
+         << level_port(layout.output)
+         << " ;\n\t\tlv2:symbol \"level\" ;\n\t\tlv2:name \"Output Level\" ;\n"
+         << "\t\tlv2:default -120.0 ;\n\t\tlv2:minimum -120.0 ;\n\t\tlv2:maximum 24.0 ;\n"
+         << "\t\tunits:unit units:db ;\n"
+         << "\t\trdfs:comment \"Peak of the outputs re full scale; it falls slowly.\"\n\t]";
+    return text.str();
+}
+
+/// What an editor needs, and the port of its messages for each layout.
+std::string editor_text() {
+    std::ostringstream text;
+    text << "<" << kEditorUri << ">\n\ta ui:X11UI ;\n"
+         << "\tlv2:requiredFeature ui:idleInterface , ui:parent , urid:map ;\n"
+         << "\tlv2:optionalFeature ui:resize , ui:touch ;\n"
+         << "\tlv2:extensionData ui:idleInterface";
+    for (const Kind& layout : kLayouts)
+        text << " ;\n\tui:portNotification [\n\t\tui:plugin <" << uri_of(layout)
+             << "> ;\n\t\tlv2:symbol \"notify\" ;\n\t\tui:notifyType atom:Object\n\t]";
+    text << " .\n\n";
+    return text.str();
+}
+
 std::string plugin_text(const Kind& layout, const std::string& version) {
     std::ostringstream text;
     text << group_uri(layout, "output") << "\n\ta pg:OutputGroup , " << group_class(layout.output)
@@ -177,11 +203,11 @@ std::string plugin_text(const Kind& layout, const std::string& version) {
          << "\tpatch:readable <" AULA_PLUGIN_URI "#status> ;\n"
          << "\tlv2:port " << audio_ports(layout) << controls_text(layout, 0, kFirstControls)
          << host_ports(layout) << event_ports(layout)
-         << controls_text(layout, kFirstControls, kControls) << " .\n\n";
+         << controls_text(layout, kFirstControls, kControls) << level_text(layout) << " .\n\n";
     return text.str();
 }
 
-std::string plugins_file(const std::string& version) {
+std::string plugins_file(const std::string& version, bool has_editor) {
     std::string text = kPrefixes;
     text += "<" AULA_PLUGIN_URI
             "#scene>\n\ta lv2:Parameter ;\n\trdfs:label \"Scene\" ;\n"
@@ -196,6 +222,7 @@ std::string plugins_file(const std::string& version) {
             "\trdfs:comment \"The error of the last scene or HRTF; empty: none.\" ;\n"
             "\trdfs:range atom:String .\n\n";
     for (const Kind& layout : kLayouts) text += plugin_text(layout, version);
+    if (has_editor) text += editor_text();
     return text;
 }
 
@@ -203,12 +230,16 @@ std::string preset_uri(const Preset& preset) {
     return std::string("<" AULA_PLUGIN_URI "#preset-") + preset.id + ">";
 }
 
-std::string manifest_file(const std::string& version) {
+std::string manifest_file(const std::string& version, bool has_editor) {
     std::ostringstream text;
     text << kPrefixes;
     for (const Kind& layout : kLayouts)
         text << "<" << uri_of(layout) << ">\n\ta lv2:Plugin ;\n"
-             << version << "\tlv2:binary <aula.so> ;\n\trdfs:seeAlso <aula.ttl> .\n\n";
+             << version << (has_editor ? "\tui:ui <" + std::string(kEditorUri) + "> ;\n" : "")
+             << "\tlv2:binary <aula.so> ;\n\trdfs:seeAlso <aula.ttl> .\n\n";
+    if (has_editor)
+        text << "<" << kEditorUri << ">\n\ta ui:X11UI ;\n\tui:binary <aula_editor.so> ;\n"
+             << "\trdfs:seeAlso <aula.ttl> .\n\n";
     for (const Preset& preset : presets()) {
         text << preset_uri(preset) << "\n\ta pset:Preset ;\n\tlv2:appliesTo";
         for (const Kind& layout : kLayouts)
@@ -265,12 +296,14 @@ void write(const fs::path& file, const std::string& text) {
 
 int main(int argc, char** argv) {
     try {
-        if (argc != 4) throw std::runtime_error("usage: aula_write_turtle FOLDER MINOR MICRO");
+        if (argc != 5)
+            throw std::runtime_error("usage: aula_write_turtle FOLDER MINOR MICRO HAS_EDITOR");
         const fs::path folder = argv[1];
         const std::string version = std::string("\tlv2:minorVersion ") + argv[2] +
                                     " ;\n\tlv2:microVersion " + argv[3] + " ;\n";
-        write(folder / "manifest.ttl", manifest_file(version));
-        write(folder / "aula.ttl", plugins_file(version));
+        const bool has_editor = std::string(argv[4]) == "1";
+        write(folder / "manifest.ttl", manifest_file(version, has_editor));
+        write(folder / "aula.ttl", plugins_file(version, has_editor));
         write(folder / "presets.ttl", presets_file());
     } catch (const std::exception& error) {
         std::cerr << "aula_write_turtle: " << error.what() << '\n';

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "apps/plugin/vst3/vst3_plugin.h"
+#include "apps/plugin/vst3/vst3_view.h"
 
 namespace aula::plugin {
 
@@ -197,7 +199,14 @@ v3_result set_handler(void* self, v3_component_handler** handler) {
     return V3_OK;
 }
 
-v3_plugin_view** create_view(void*, const char*) { return nullptr; }
+v3_plugin_view** create_view(void* self, const char* name) {
+    if (!PluginEditor::is_built() || std::strcmp(name, "editor") != 0) return nullptr;
+    try {
+        return (new Vst3View(vst3_plugin(self)))->view();
+    } catch (const std::exception&) {
+        return nullptr;
+    }
+}
 
 }  // namespace
 

@@ -36,6 +36,8 @@ class Vst3Plugin {
     v3_result save(v3_bstream** stream) const;
     v3_result load(v3_bstream** stream);
     void set_handler(v3_component_handler** handler);
+    /// Of the host, or null.
+    v3_component_handler** handler() const { return handler_; }
 
     /// [audio thread]
     v3_result process(const v3_process_data& block);

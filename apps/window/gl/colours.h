@@ -10,9 +10,6 @@
 
 namespace aula {
 
-inline constexpr Colour kSourceColour{1.0F, 0.60F, 0.15F};
-inline constexpr Colour kListenerColour{0.35F, 0.80F, 1.0F};
-
 /// Patterns that are drawn on surfaces, in true size.
 enum class SurfacePattern {
     plain,

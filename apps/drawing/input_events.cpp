@@ -1,4 +1,4 @@
-#include "apps/window/view/input_events.h"
+#include "apps/drawing/input_events.h"
 
 #include <algorithm>
 

@@ -1,0 +1,31 @@
+#include "apps/plugin/editor/window_system.h"
+
+#include <epoxy/glx.h>
+
+namespace aula {
+
+/// Xlib, or null where it is missing: then none of its functions may be called.
+void* load_x11();
+
+namespace plugin {
+
+bool opens_display() {
+    if (load_x11() == nullptr) return false;
+    ::Display* const display = XOpenDisplay(nullptr);
+    if (display == nullptr) return false;
+    const bool has_opengl = epoxy_has_glx(display);
+    XCloseDisplay(display);
+    return has_opengl;
+}
+
+// Those of a connection arrive while its owner calls Xlib: the handler sees no others than those of
+// the editor, but for other threads.
+IgnoredErrors::IgnoredErrors()
+    : previous_(reinterpret_cast<void (*)()>(
+          XSetErrorHandler([](::Display*, XErrorEvent*) { return 0; }))) {}
+
+IgnoredErrors::~IgnoredErrors() { XSetErrorHandler(reinterpret_cast<XErrorHandler>(previous_)); }
+
+}  // namespace plugin
+
+}  // namespace aula
