@@ -6,10 +6,10 @@
 #include <list>
 #include <memory>
 #include <mutex>
-#include <semaphore>
 #include <thread>
 
 #include "aula/audio/realtime.h"
+#include "process/semaphore.h"
 
 namespace aula::plugin {
 
@@ -32,7 +32,7 @@ class LoaderThread {
 
     void run();
 
-    std::counting_semaphore<> wake_{0};
+    Semaphore wake_{0};
     std::mutex mutex_;  ///< of what follows
     std::condition_variable idle_;
     std::list<LoaderTask*> tasks_;  ///< the one that was served last is at the end

@@ -29,7 +29,7 @@ RoomPlayer& RoomPlayer::get() {
 
 void RoomPlayer::play(aula_room* room) {
     const std::lock_guard lock(play_mutex_);
-    mover_ = {};  // ends it
+    stop_moving();
     room_ = nullptr;
     while (renders_) std::this_thread::sleep_for(milliseconds(1));
     for (std::size_t i = 0; i < slot_count_; ++i) slots_[i]->number = 0;
@@ -37,7 +37,7 @@ void RoomPlayer::play(aula_room* room) {
     last_problem_.clear();
     if (room == nullptr) return;
     try {
-        mover_ = std::jthread([this, room](std::stop_token stop) { move(std::move(stop), room); });
+        mover_ = std::thread([this, room] { move(room); });
         room_ = room;
     } catch (const std::system_error&) {
         const std::lock_guard locked(mutex_);
@@ -92,12 +92,23 @@ std::string RoomPlayer::take_problem() {
     return std::exchange(problem_, {});
 }
 
-void RoomPlayer::move(std::stop_token stop, aula_room* room) {
+void RoomPlayer::stop_moving() {
+    if (!mover_.joinable()) return;
+    {
+        const std::lock_guard lock(mutex_);
+        stops_ = true;
+    }
+    stopping_.notify_all();
+    mover_.join();
+    stops_ = false;
+}
+
+void RoomPlayer::move(aula_room* room) {
     std::unique_lock lock(mutex_);
-    while (!stop.stop_requested()) {
+    while (!stops_) {
         move_listener(room);
         for (std::size_t i = 0; i < slot_count_; ++i) move_source(room, *slots_[i]);
-        wakes_.wait_for(lock, stop, kPeriod, [] { return false; });
+        stopping_.wait_for(lock, kPeriod, [this] { return stops_; });
     }
 }
 

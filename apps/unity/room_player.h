@@ -7,7 +7,6 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -55,7 +54,9 @@ class RoomPlayer {
  private:
     RoomPlayer() = default;
 
-    void move(std::stop_token stop, aula_room* room);
+    void move(aula_room* room);
+    /// Ends the thread. [with play_mutex_]
+    void stop_moving();
     void move_listener(aula_room* room);
     void move_source(aula_room* room, SourceSlot& slot);
     /// Keeps the library's message if a result is an error.
@@ -69,9 +70,10 @@ class RoomPlayer {
     std::array<aula_signal, kMostSources> signals_{};
 
     std::mutex play_mutex_;  ///< of the thread
-    std::jthread mover_;
+    std::thread mover_;
     std::mutex mutex_;  ///< of what follows, and of new slots
-    std::condition_variable_any wakes_;
+    std::condition_variable stopping_;
+    bool stops_ = false;
     aula_pose head_{};
     std::string problem_;
     std::string last_problem_;

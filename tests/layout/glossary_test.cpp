@@ -14,7 +14,8 @@ namespace fs = std::filesystem;
 /// Helpers of one file or of the standard library's interfaces, whose names need no explanation.
 const std::set<std::string> kExceptions{
     "AlignedAllocator", "Floats",    "Halves",    "HugePageArena", "MixHash", "RandomStream",
-    "ScrambledSobol",   "Stopwatch", "Transform", "Turn",          "Twiddle", "VectorOf"};
+    "ScrambledSobol",   "Semaphore", "Stopwatch", "Transform",     "Turn",    "Twiddle",
+    "VectorOf"};
 
 std::string lower(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
