@@ -98,8 +98,11 @@ endif()
 # What editors load.
 if(AULA_EDITOR)
     find_packages(shown ${pkgcfg_lib_XLIB_X11})
+    if(shown)
+        string(APPEND shown ", ")
+    endif()
     foreach(format LV2 CLAP VST3)
-        set(CPACK_DEBIAN_${format}_PACKAGE_RECOMMENDS "${shown}, libgl1")
+        set(CPACK_DEBIAN_${format}_PACKAGE_RECOMMENDS "${shown}libgl1")
     endforeach()
 endif()
 # The module is for the interpreter of the distribution, of one minor version.

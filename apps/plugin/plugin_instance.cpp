@@ -68,7 +68,7 @@ std::string PluginInstance::new_status() {
 void PluginInstance::choose_scene(const std::filesystem::path& file) {
     files_ = files();
     files_.scene = file;
-    if (plugin_) plugin_->set_files(files_);
+    if (plugin_) plugin_->change_files(files_);
 }
 
 ControlValues PluginInstance::values() const {

@@ -61,6 +61,15 @@ void RoomLoader::set_files(const RoomFiles& files) {
     request_replies();
 }
 
+void RoomLoader::change_files(const RoomFiles& files) {
+    {
+        const std::lock_guard lock(mutex_);
+        files_ = files;
+        ++wanted_;
+    }
+    request_replies();
+}
+
 bool RoomLoader::request(Property property, std::string_view file) noexcept {
     const bool sent = requests_.push(property, file);
     task_.wake();

@@ -41,6 +41,8 @@ class RoomLoader {
     RoomFiles files() const;
     /// Replaces the files. Waits until the room is built, if one is open. [not the audio thread]
     void set_files(const RoomFiles& files);
+    /// Replaces the files; the room is built later, if one is open. [not the audio thread]
+    void change_files(const RoomFiles& files);
 
     /// The line of the property status. [not the audio thread]
     std::string status() const;

@@ -76,6 +76,11 @@ void RoomPlugin::set_files(const RoomFiles& files) {
     is_restored_ = true;
 }
 
+void RoomPlugin::change_files(const RoomFiles& files) {
+    loader_.change_files(files);
+    is_restored_ = true;
+}
+
 void RoomPlugin::set_controls(const ControlValues& values) {
     for (std::size_t i = 0; i < kControls; ++i)
         values_[i] = valid(static_cast<Control>(i), values[i]);

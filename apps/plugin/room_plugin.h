@@ -54,6 +54,8 @@ class RoomPlugin {
     // [not the audio thread]
     RoomFiles files() const { return loader_.files(); }
     void set_files(const RoomFiles& files);
+    /// Does not wait for the room.
+    void change_files(const RoomFiles& files);
     /// An error's line, or what the host should know; empty: nothing.
     std::string status() const { return loader_.status(); }
     /// How long the present room is heard after its input has ended. [any thread]

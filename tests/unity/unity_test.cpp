@@ -74,7 +74,7 @@ aula_status status_of(const Room& room) {
 }
 
 /// Calls a step of 10 ms until the room has its source, and has computed frames with what was
-/// changed before. The thread that moves sources needs less than 100 ms.
+/// changed before. The thread that moves sources needs less than 100 ms; on a busy machine more.
 template <typename Step>
 void settle(const Room& room, const Step& step) {
     const auto wait_for = [&](const auto& holds) {
@@ -85,7 +85,7 @@ void settle(const Room& room, const Step& step) {
         REQUIRE(holds());
     };
     int steps = 0;
-    wait_for([&] { return ++steps > 10 && status_of(room).sources > 0; });
+    wait_for([&] { return ++steps > 50 && status_of(room).sources > 0; });
     const std::uint64_t frames = status_of(room).frames;
     wait_for([&] { return status_of(room).frames >= frames + 4; });
 }

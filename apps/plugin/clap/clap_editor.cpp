@@ -81,8 +81,9 @@ bool set_parent(const clap_plugin_t* plugin, const clap_window_t* window) {
 bool show(const clap_plugin_t* plugin) {
     ClapEditor* const editor = ClapPlugin::of(plugin).editor();
     if (editor == nullptr || editor->editor().window() == 0) return false;
+    if (!editor->start_timer()) return false;
     editor->editor().show();
-    return editor->start_timer();
+    return true;
 }
 
 bool hide(const clap_plugin_t* plugin) {

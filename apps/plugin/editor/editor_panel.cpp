@@ -74,14 +74,16 @@ Pose EditorPanel::listener() const { return room_->controls.listener_pose(shown_
 /// Cuts the room at the listener: the plan at the height of the ears.
 void EditorPanel::cut() {
     const Vec3 at = listener().position;
-    if (cut_at_ && std::abs(cut_at_->y - at.y) < kCutStep_m &&
+    const bool is_free_field = room_->rays.triangle_count() == 0;
+    if (is_free_field && cut_at_ && drag_) return;
+    if (!is_free_field && cut_at_ && std::abs(cut_at_->y - at.y) < kCutStep_m &&
         std::abs(cut_at_->z - at.z) < kCutStep_m)
         return;
     cut_at_ = at;
     plan_ = floor_plan(room_->rays, at.z);
     side_ = side_view(room_->rays, at.y);
-    if (room_->rays.triangle_count() > 0) return;
-    // A free field, around what is in it.
+    if (!is_free_field) return;
+    // Around what is in it, which stands still during a drag.
     constexpr float kMargin_m = 2;
     const Vec3 source = source_place();
     const Vec3 low = glm::min(source, at) - kMargin_m;

@@ -129,9 +129,11 @@ v3_result Vst3View::attach(void* parent) {
         remove();
         return V3_FALSE;
     }
-    v3_cpp_obj(loop_)->register_timer(loop_, reinterpret_cast<v3_timer_handler**>(&timer_),
-                                      PluginEditor::kPeriod_ms);
-    return V3_OK;
+    if (v3_cpp_obj(loop_)->register_timer(loop_, reinterpret_cast<v3_timer_handler**>(&timer_),
+                                          PluginEditor::kPeriod_ms) == V3_OK)
+        return V3_OK;
+    remove();
+    return V3_FALSE;
 }
 
 v3_result Vst3View::remove() {

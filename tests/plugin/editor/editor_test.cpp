@@ -103,10 +103,10 @@ TEST_CASE("In the editor of each format a mouse drags the source in the plan") {
     const Pixel to{before.x - 60, before.y + 30};
     drag(*host, before, to);
     // It is where the mouse is, to the pixel and rounding.
-    const auto after = window.mark(kSource);
-    REQUIRE(after);
-    CHECK(std::abs(after->x - to.x) <= 2);
-    CHECK(std::abs(after->y - to.y) <= 2);
+    REQUIRE(idle_until(*host, [&] {
+        const auto after = window.mark(kSource);
+        return after && std::abs(after->x - to.x) <= 2 && std::abs(after->y - to.y) <= 2;
+    }));
     // The plan moves it in x and y: to the left and to the right of the listener.
     CHECK(host->get(Control::source_room_x) < -0.05);
     CHECK(host->get(Control::source_room_y) < -0.05);
