@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
-#include "apps/drawing/room_section.h"
 #include "apps/documents/receiver_grid.h"
+#include "apps/drawing/room_section.h"
 #include "aula/measurement.h"
 
 namespace aula {
@@ -26,7 +26,7 @@ inline std::span<const std::size_t> mapped_parameters(bool interaural) {
 /// A map of a room: what its measurements were made of.
 struct ParameterMap {
     const ReceiverGrid& grid;
-    const RoomSection& plan;           ///< at the height of the grid
+    const RoomSection& plan;         ///< at the height of the grid
     const Measurement& measurement;  ///< at the receivers of the grid
 };
 

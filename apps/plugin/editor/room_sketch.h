@@ -54,8 +54,7 @@ class RoomSketch {
         Pose source;
         Pose listener;
         friend bool operator==(const Places& a, const Places& b) {
-            return a.source.position == b.source.position &&
-                   a.source.yaw_rad == b.source.yaw_rad &&
+            return a.source.position == b.source.position && a.source.yaw_rad == b.source.yaw_rad &&
                    a.listener.position == b.listener.position;
         }
     };
