@@ -11,9 +11,14 @@ namespace aula {
 
 namespace {
 
-/// Most regions from which transport is learnt. The time for a prediction increases with the square
+/// Regions are at least this number of patches wide: with 2 m in a room of 10 m the energy of a
+/// region is distributed as late in the response within 0.2 %.
+constexpr float kPatchesAcross = 4;
+
+/// Regions are larger where they would be more. The time for a prediction increases with the square
 /// of their number; errors of the energy are below 1 % with 40 in a room and with 64 in a church.
-constexpr std::size_t kMostStarts = 64;
+constexpr std::size_t kMostRegions = 64;
+constexpr float kCoarser = 1.25F;
 
 /// hand_over_m() in regions: paths of less than a region and a half depend on where in its regions
 /// they begin and end.
@@ -103,48 +108,87 @@ std::vector<Departures> departures(const PatchCache& from, const TimeBins& bins)
 }  // namespace
 
 TransportCache::TransportCache(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
-                               double memory_bytes, WorkerPool& workers)
-    : scene_(scene), grid_(grid), bins_(bins), workers_(workers), transport_(bins.count()) {
-    const double pairs = memory_bytes / double(PatchCache::row_bytes(bins.count(), false));
-    most_starts_ = std::min(kMostStarts, static_cast<std::size_t>(std::sqrt(pairs)));
-    find_regions();
-}
-
-void TransportCache::find_regions() {
-    regions_.emplace(scene_, grid_, most_starts_, workers_);
+                               double memory_bytes)
+    : grid_(grid),
+      bins_(bins),
+      cells_(cells(scene, grid, bins, memory_bytes)),
+      transport_(bins.count()) {
     restart();
 }
 
+/// The cells of the regions.
+CellGrid TransportCache::cells(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
+                               double memory_bytes) {
+    const double pairs = memory_bytes / double(PatchCache::row_bytes(bins.count(), false));
+    const double most = std::min(static_cast<double>(kMostRegions), std::sqrt(pairs));
+    float last_count = 0;
+    for (float size_m = kPatchesAcross * grid.patch_size_m();; size_m *= kCoarser) {
+        CellGrid cells(scene, size_m);
+        std::vector<std::uint64_t> keys;
+        for (std::uint32_t row = 0; row < grid.size(); ++row) {
+            const PatchCell cell = grid.cell(row);
+            keys.push_back(cells.key_at((cell.low + cell.high) * 0.5F, cell.direction));
+        }
+        std::sort(keys.begin(), keys.end());
+        const auto count = static_cast<float>(std::unique(keys.begin(), keys.end()) - keys.begin());
+        // Beyond the size of the scene there remain its directions.
+        if (double{count} <= most || count == last_count) return cells;
+        last_count = count;
+    }
+}
+
 void TransportCache::restart() {
-    late_.assign(grid_.size(), {});
+    numbers_.clear();
+    regions_.clear();
+    late_.clear();
     late_energy_.assign(bins_.count(), 0);
     late_hits_.assign(bins_.count(), 0);
+    scene_moved();
+}
+
+void TransportCache::scene_moved() {
+    find_regions();
     transport_.clear();
-    starts_.assign(start_count() * (bins_.count() + 1), {});
-    started_.assign(grid_.size(), 0);
+    starts_.assign(region_count() * (bins_.count() + 1), {});
+    started_.assign(regions_.size(), 0);
     find_shares();
 }
 
 float TransportCache::hand_over_m() const { return kHandOver * region_size_m(); }
 
-void TransportCache::learn(std::span<const DepositBatch> batches, int rays) {
-    transport_.begin_add(rays, start_count() * region_count());
-    workers_.run(DepositParts::kCount, [&](std::size_t part) {
+/// Rows that belong to another region than before have no late energy.
+void TransportCache::find_regions() {
+    const std::size_t before = regions_.size();
+    regions_.resize(grid_.size());
+    late_.resize(grid_.size());
+    for (std::uint32_t row = 0; row < regions_.size(); ++row) {
+        const PatchCell cell = grid_.cell(row);
+        const std::uint64_t key = cells_.key_at((cell.low + cell.high) * 0.5F, cell.direction);
+        const std::uint32_t region =
+            numbers_.try_emplace(key, static_cast<std::uint32_t>(numbers_.size())).first->second;
+        if (row >= before || region != regions_[row]) late_[row] = {};
+        regions_[row] = region;
+    }
+}
+
+void TransportCache::learn(std::span<const DepositBatch> batches, int rays, WorkerPool& workers) {
+    transport_.begin_add(rays, region_count() * region_count());
+    workers.run(DepositParts::kCount, [&](std::size_t part) {
         transport_.add_part(batches, &DepositBatch::transport, part);
     });
     for (const DepositBatch& batch : batches) {
         for (const DepositBatch::Start& start : batch.starts) {
-            starts_[regions()[start.row] * (bins_.count() + 1) + start.end_bin] += start.energy;
+            starts_[regions_[start.row] * (bins_.count() + 1) + start.end_bin] += start.energy;
             started_[start.row] += 1;
         }
     }
-    count_late(batches);
+    count_late(batches, workers);
     find_shares();
 }
 
 /// Adds the late energies. Those of a time bin are relative to their mean, which undoes the decay:
 /// hits alone are as frequent in all parts of a room.
-void TransportCache::count_late(std::span<const DepositBatch> batches) {
+void TransportCache::count_late(std::span<const DepositBatch> batches, WorkerPool& workers) {
     for (const DepositBatch& batch : batches) {
         for (const DepositBatch::LateHit& hit : batch.late_hits) {
             late_energy_[hit.bin] += double{hit.energy};
@@ -161,7 +205,7 @@ void TransportCache::count_late(std::span<const DepositBatch> batches) {
             late_[hit.row].hits += 1;
         }
     }
-    workers_.run(DepositParts::kCount, [&](std::size_t part) {
+    workers.run(DepositParts::kCount, [&](std::size_t part) {
         for (const DepositBatch& batch : batches) {
             for (const Deposit& deposit : batch.later.part[part]) {
                 Bands& radiated = late_[deposit.patch].radiated;
@@ -179,51 +223,44 @@ void TransportCache::find_shares() {
         double rows = 0;  ///< with hits
         double hits = 0;
         double area_m2 = 0;
-        double radiating_m2 = 0;
         double arrived = 0;
         Bands radiated;
         Bands shares;
     };
-    std::vector<Region> found(region_count());
-    std::vector<double> area_m2(late_.size());
-    std::vector<double> radiating_m2(late_.size());  // times the factors of the energies
-    for (std::uint32_t row = 0; row < late_.size(); ++row) {
-        const PatchGrid::RowArea area = grid_.row_area(row);
-        area_m2[row] = double{area.area_m2};
-        radiating_m2[row] = double{area.area_m2 * area.factor};
-        if (late_[row].hits == 0 || regions()[row] == PatchRegions::kNone) continue;
-        Region& region = found[regions()[row]];
+    std::vector<Region> regions(region_count());
+    std::vector<double> area_m2(regions_.size());
+    for (std::uint32_t row = 0; row < regions_.size(); ++row) {
+        const float per_m2 = grid_.per_m2(row);
+        if (per_m2 > 0) area_m2[row] = 1 / double{per_m2};
+        if (late_[row].hits == 0) continue;
+        Region& region = regions[regions_[row]];
         ++region.rows;
         region.hits += double{late_[row].hits};
         region.area_m2 += area_m2[row];
-        region.radiating_m2 += radiating_m2[row];
         region.arrived += double{late_[row].arrived};
         region.radiated += late_[row].radiated;
     }
-    importance_.assign(late_.size(), 1);
-    shares_.assign(late_.size(), {});
-    for (std::uint32_t row = 0; row < late_.size(); ++row) {
-        if (regions()[row] == PatchRegions::kNone) continue;
-        Region& region = found[regions()[row]];
+    importance_.assign(regions_.size(), 1);
+    shares_.assign(regions_.size(), {});
+    for (std::uint32_t row = 0; row < regions_.size(); ++row) {
+        Region& region = regions[regions_[row]];
         if (!(region.area_m2 > 0)) {
-            shares_[row] = Bands::filled(static_cast<float>(radiating_m2[row]));
+            shares_[row] = Bands::filled(static_cast<float>(area_m2[row]));
         } else if (late_[row].hits > 0) {
             const double relative_area = area_m2[row] * region.rows / region.area_m2;
             const double added = kVirtualHits / region.hits;  // share of the region's energy
             const double arrived =
                 (double{late_[row].arrived} / region.arrived + added * relative_area) *
                 region.rows / (1 + added * region.rows);
-            shares_[row] = late_[row].radiated +
-                           region.radiated * static_cast<float>(added * radiating_m2[row] *
-                                                                region.rows / region.radiating_m2);
+            shares_[row] =
+                late_[row].radiated + region.radiated * static_cast<float>(added * relative_area);
             importance_[row] =
                 static_cast<float>((arrived + kVirtualArea) / (relative_area + kVirtualArea));
         }
         region.shares += shares_[row];
     }
-    for (std::uint32_t row = 0; row < late_.size(); ++row) {
-        if (regions()[row] == PatchRegions::kNone) continue;
-        const Bands& all = found[regions()[row]].shares;
+    for (std::uint32_t row = 0; row < regions_.size(); ++row) {
+        const Bands& all = regions[regions_[row]].shares;
         for (std::size_t b = 0; b < kBandCount; ++b)
             shares_[row][b] = all[b] > 0 ? shares_[row][b] / all[b] : 0;
     }
@@ -232,15 +269,14 @@ void TransportCache::find_shares() {
 /// [from][bin] 1 / the energy that has started there and is observed in the bin, times the
 /// importance.
 std::vector<Bands> TransportCache::per_start() const {
-    std::vector<double> importance(start_count());
-    std::vector<double> started(start_count());
-    for (std::uint32_t row = 0; row < late_.size(); ++row) {
-        if (started_[row] == 0) continue;
-        importance[regions()[row]] += double{started_[row] * importance_[row]};
-        started[regions()[row]] += double{started_[row]};
+    std::vector<double> importance(region_count());
+    std::vector<double> started(region_count());
+    for (std::uint32_t row = 0; row < regions_.size(); ++row) {
+        importance[regions_[row]] += double{started_[row] * importance_[row]};
+        started[regions_[row]] += double{started_[row]};
     }
-    std::vector<Bands> factors(start_count() * bins_.count());
-    for (std::size_t from = 0; from < start_count(); ++from) {
+    std::vector<Bands> factors(region_count() * bins_.count());
+    for (std::size_t from = 0; from < region_count(); ++from) {
         if (!(started[from] > 0)) continue;
         const auto mean_importance = static_cast<float>(importance[from] / started[from]);
         Bands energy;
@@ -255,12 +291,13 @@ std::vector<Bands> TransportCache::per_start() const {
     return factors;
 }
 
-void TransportCache::predict(const PatchCache& handed_over, PatchCache& radiated) const {
+void TransportCache::predict(const PatchCache& handed_over, PatchCache& radiated,
+                             WorkerPool& workers) const {
     const std::size_t bins = bins_.count();
     const bool directed = handed_over.directed();
     const std::vector<Bands> factors = per_start();
     const std::vector<Departures> groups = departures(handed_over, bins_);
-    workers_.run(region_count(), [&](std::size_t to) {
+    workers.run(region_count(), [&](std::size_t to) {
         std::vector<float> of_start(bins * kBandCount);
         std::vector<float> energies(groups.size() * bins * kBandCount);
         std::vector<float> directions(directed ? energies.size() : 0);

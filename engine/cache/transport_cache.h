@@ -1,17 +1,17 @@
 #pragma once
 
-#include <algorithm>
+#include <tsl/robin_map.h>
+
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "aula/engine/time_bins.h"
 #include "engine/base/worker_pool.h"
 #include "engine/cache/patch_cache.h"
+#include "engine/patches/cell_grid.h"
 #include "engine/patches/patch_grid.h"
-#include "engine/patches/patch_regions.h"
 #include "engine/trace/trace_batch.h"
 
 namespace aula {
@@ -20,28 +20,26 @@ namespace aula {
 /// time after the patches of another region have radiated unit energy. A diffuse reflection forgets
 /// where its path has come from, so the reflections of all paths are samples of it, whichever end
 /// the paths have left: it stays valid while source and listener move, as in acoustic radiance
-/// transfer (Siltanen et al. 2007), where it is computed and not learnt. Inside a region, energies
-/// are distributed as late in the response.
+/// transfer (Siltanen et al. 2007), where it is computed and not learnt. Regions are cells of
+/// several patches. Inside a region, energies are distributed as late in the response.
 /// [propagation thread]
 class TransportCache {
  public:
     /// `memory_bytes` limits the number of regions.
     TransportCache(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
-                   double memory_bytes, WorkerPool& workers);
+                   double memory_bytes);
 
     /// Forgets everything.
     void restart();
 
-    /// Finds the regions of the grid's present rows, and forgets everything.
-    void find_regions();
+    /// Forgets the transport after a movement of the scene, in which rows of the grid may have come
+    /// to belong to other patches.
+    void scene_moved();
 
-    /// The region of every row of the grid, or PatchRegions::kNone.
-    std::span<const std::uint32_t> regions() const { return regions_->of_rows(); }
-    std::size_t region_count() const { return regions_->count(); }
-    float region_size_m() const { return regions_->size_m(); }
-
-    /// Number of regions from which transport is learnt: the first, largest ones.
-    std::size_t start_count() const { return std::min(region_count(), most_starts_); }
+    /// The region of every row of the grid.
+    std::span<const std::uint32_t> regions() const { return regions_; }
+    std::size_t region_count() const { return numbers_.size(); }
+    float region_size_m() const { return cells_.size_m(); }
 
     /// See DepositTracer::Regions::hand_over_m.
     float hand_over_m() const;
@@ -54,7 +52,7 @@ class TransportCache {
     const Bands& share(std::uint32_t row) const { return shares_[row]; }
 
     /// Learns from the paths of `rays` rays.
-    void learn(std::span<const DepositBatch> batches, int rays);
+    void learn(std::span<const DepositBatch> batches, int rays, WorkerPool& workers);
 
     /// Number of rays that it has learnt from.
     std::uint64_t rays() const { return transport_.emitted(); }
@@ -62,7 +60,7 @@ class TransportCache {
     /// Sets the energy that regions radiate from hand_over_m() after the energy that
     /// was `handed_over`, times the importance of its rows, by each of them. `radiated` has no
     /// energy yet.
-    void predict(const PatchCache& handed_over, PatchCache& radiated) const;
+    void predict(const PatchCache& handed_over, PatchCache& radiated, WorkerPool& workers) const;
 
     std::size_t memory_bytes() const { return transport_.memory_bytes(); }
 
@@ -74,21 +72,23 @@ class TransportCache {
         Bands radiated;     ///< the same
     };
 
-    void count_late(std::span<const DepositBatch> batches);
+    static CellGrid cells(const RayScene& scene, const PatchGrid& grid, const TimeBins& bins,
+                          double memory_bytes);
+    void find_regions();
+    void count_late(std::span<const DepositBatch> batches, WorkerPool& workers);
     void find_shares();
     std::vector<Bands> per_start() const;
 
-    const RayScene& scene_;
     const PatchGrid& grid_;
     TimeBins bins_;
-    WorkerPool& workers_;
-    std::size_t most_starts_;
-    std::optional<PatchRegions> regions_;
-    std::vector<Late> late_;           ///< [row]
-    std::vector<double> late_energy_;  ///< [bin]
-    std::vector<double> late_hits_;    ///< [bin]
-    std::vector<float> importance_;    ///< [row]
-    std::vector<Bands> shares_;        ///< [row]
+    CellGrid cells_;
+    tsl::robin_map<std::uint64_t, std::uint32_t> numbers_;  ///< of the regions, by their keys
+    std::vector<std::uint32_t> regions_;                    ///< [row]
+    std::vector<Late> late_;                                ///< [row]
+    std::vector<double> late_energy_;                       ///< [bin]
+    std::vector<double> late_hits_;                         ///< [bin]
+    std::vector<float> importance_;                         ///< [row]
+    std::vector<Bands> shares_;                             ///< [row]
 
     PatchCache transport_;        ///< [from * region_count() + to]
     std::vector<Bands> starts_;   ///< [from][first bin that is not observed] energy that has left

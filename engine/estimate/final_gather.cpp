@@ -195,7 +195,7 @@ void FinalGather::trace(std::size_t batch) {
     const TransportCache& transport = *settings_.transport;
     std::vector<GatherHit> of_regions;
     for (const GatherHit& hit : hits_) {
-        if (transport.regions()[hit.patch] == PatchRegions::kNone) continue;
+        if (hit.patch >= transport.regions().size()) continue;
         GatherHit& added = of_regions.emplace_back(hit);
         added.patch = transport.regions()[hit.patch];
         added.weight *= transport.share(hit.patch);

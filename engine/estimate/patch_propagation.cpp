@@ -68,14 +68,14 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
             workers, max_rows(memory_bytes_, bins_, source_count, listener_count)),
       tracer_(scene, grid_, bins_, images, trace),
       row_pool_(std::make_shared<RowPool>(bins.count())),
-      region_pool_(std::make_shared<RowPool>(bins.count())) {
-    // Transport does not know the order of reflections, nor where objects will be.
-    const bool keeps_transport =
+      region_pool_(std::make_shared<RowPool>(bins.count())),
+      transport_(scene, grid_, bins, kTransportShare * memory_bytes_) {
+    // Transport does not know the order of reflections, and regions extend through objects that
+    // move.
+    keeps_transport_ =
         simulation.order == 0 &&
         std::none_of(scene.triangles().begin(), scene.triangles().end(),
                      [&](const RayScene::Triangle& t) { return scene.moves(t); });
-    if (keeps_transport)
-        transport_.emplace(scene, grid_, bins, kTransportShare * memory_bytes_, workers);
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
     find_mirrors();
     ids_.resize(emitter_count());
@@ -100,14 +100,15 @@ void PatchPropagation::scene_moved() {
 /// patches now: a movement can be too small to change the sum of all movements.
 void PatchPropagation::clear_caches() {
     for (std::size_t id = 0; id < emitter_count(); ++id) clear_cache(id);
+    if (keeps_transport_) transport_.scene_moved();
+    share_regions();
 }
 
 /// Tells the tracer the regions of the transport.
 void PatchPropagation::share_regions() {
-    if (!transport_) return;
-    tracer_.set_regions({transport_->regions(), transport_->importance(),
-                         transport_->region_count(), transport_->start_count(),
-                         transport_->hand_over_m()});
+    if (!keeps_transport_) return;
+    tracer_.set_regions({transport_.regions(), transport_.importance(), transport_.region_count(),
+                         transport_.hand_over_m()});
 }
 
 /// Removes the energy of an emitter.
@@ -126,14 +127,14 @@ double PatchPropagation::predicted_part(std::size_t id) const {
 
 /// True if the rays of an emitter are followed to the hand-over: they serve this frame only.
 bool PatchPropagation::hands_over(std::size_t id) const {
-    return transport_ && status_[id].changed;
+    return keeps_transport_ && status_[id].changed;
 }
 
 void PatchPropagation::materials_changed() {
     find_mirrors();
     grid_.materials_changed();
     clear_caches();
-    if (transport_) transport_->find_regions();
+    if (keeps_transport_) transport_.restart();
     share_regions();
 }
 
@@ -154,7 +155,7 @@ void PatchPropagation::restart() {
     caches_.clear();
     handed_over_.clear();
     predicted_.clear();
-    if (transport_) transport_->restart();
+    if (keeps_transport_) transport_.restart();
     share_regions();
     segment_caches_.clear();
     for (std::size_t id = 0; id < emitter_count(); ++id) {
@@ -284,9 +285,9 @@ std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> s
 /// How far the batch `b` of `count` of an emitter is traced.
 DepositTracer::Extent PatchPropagation::extent(std::size_t id, int b, int count) const {
     using enum DepositTracer::Extent;
-    if (!transport_) return whole;
+    if (!keeps_transport_) return whole;
     const bool teaches =
-        transport_->rays() < kEnoughTeachers || b < (count + kTeachers - 1) / kTeachers;
+        transport_.rays() < kEnoughTeachers || b < (count + kTeachers - 1) / kTeachers;
     if (hands_over(id)) return teaches ? handed_over : near;
     return teaches ? teaching : whole;
 }
@@ -324,8 +325,8 @@ void PatchPropagation::update(const std::vector<int>& batches) {
         if (caches_[id].complete()) continue;
         caches_[id].begin_add(rays, grid_.size());
         const bool hands = hands_over(id);
-        if (hands) handed_over_[id].begin_add(rays, transport_->start_count());
-        if (hands) predicted_[id].begin_add(rays, transport_->region_count());
+        if (hands) handed_over_[id].begin_add(rays, transport_.region_count());
+        if (hands) predicted_[id].begin_add(rays, transport_.region_count());
         for (std::size_t part = 0; part < DepositParts::kCount; ++part) {
             jobs.emplace_back([this, id, traced, part, hands] {
                 caches_[id].add_part(traced, &DepositBatch::deposits, part);
@@ -338,13 +339,14 @@ void PatchPropagation::update(const std::vector<int>& batches) {
         }
     }
     workers_.run(jobs);
-    if (!transport_) return;
+    if (!keeps_transport_) return;
     const std::size_t count = batches_.size() - left.size();
-    transport_->learn(std::span(batches_).first(count), tracer_.rays_of(static_cast<int>(count)));
+    transport_.learn(std::span(batches_).first(count), tracer_.rays_of(static_cast<int>(count)),
+                     workers_);
     share_regions();
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         if (batches[id] > 0 && hands_over(id))
-            transport_->predict(handed_over_[id], predicted_[id]);
+            transport_.predict(handed_over_[id], predicted_[id], workers_);
     }
 }
 
@@ -381,7 +383,7 @@ GatherPlan PatchPropagation::plan_gather(std::uint64_t frame, std::span<const ch
 GatherSettings PatchPropagation::gather_settings(int rays) const {
     GatherSettings settings = gather_settings_;
     settings.rays = rays;
-    settings.transport = transport_ ? &*transport_ : nullptr;
+    settings.transport = keeps_transport_ ? &transport_ : nullptr;
     return settings;
 }
 
@@ -483,7 +485,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     }
     for (const SegmentCache& segments : segment_caches_)
         statistics.memory_bytes += segments.memory_bytes();
-    if (transport_) statistics.memory_bytes += transport_->memory_bytes();
+    statistics.memory_bytes += transport_.memory_bytes();
     statistics.memory_bytes += row_pool_->free_bytes();
 }
 

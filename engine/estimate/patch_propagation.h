@@ -123,6 +123,7 @@ class PatchPropagation final : public ResponseEstimator {
     TimeBins bins_;
     int window_frames_;
     bool from_listeners_ = false;
+    bool keeps_transport_ = false;
     bool rays_may_mirror_ = false;
     bool mirrors_ = false;  ///< paths that end in a mirror are left to the rays
     float listener_radius_m_;
@@ -141,7 +142,7 @@ class PatchPropagation final : public ResponseEstimator {
     std::vector<PatchCache> handed_over_;  // of regions, in this frame
     std::vector<PatchCache> predicted_;    // of regions, in this frame
     std::shared_ptr<RowPool> region_pool_;
-    std::optional<TransportCache> transport_;  // absent: every path is followed to its end
+    TransportCache transport_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
     std::vector<SegmentCache::State> states_;  // in the last frame

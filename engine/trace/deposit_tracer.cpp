@@ -44,15 +44,13 @@ struct Collector {
     [[gnu::always_inline]] void add_transport(const PathBatch& paths, std::size_t i,
                                               const BandVector& energy, DepositBatch& out) const {
         const PathStarts& starts = paths.starts[i];
-        const std::uint32_t region = regions.of_row[rows[i]];
-        if (region == PatchGrid::kNone) return;
         const auto count = static_cast<std::uint32_t>(regions.count);
         for (std::size_t s = 0; s < starts.count; ++s) {
             const float after_m = paths.length_m[i] - starts.length_m[s];
             const std::size_t after = bin(after_m);
             if (after_m < regions.hand_over_m || after >= starts.end_bin[s]) continue;
             Deposit deposit;
-            deposit.patch = regions.of_row[starts.row[s]] * count + region;
+            deposit.patch = regions.of_row[starts.row[s]] * count + regions.of_row[rows[i]];
             deposit.bin = static_cast<std::uint16_t>(after);
             deposit.set_energy(energy * starts.per_energy[s], paths.roulette[i]);
             if (!deposit.empty()) out.transport.add(deposit);
@@ -62,8 +60,7 @@ struct Collector {
     /// True if the reflection of path `i` is its next start.
     bool is_start(const PathBatch& paths, std::size_t i) const {
         const std::size_t next = paths.starts[i].count;
-        if (paths.to_diffuse[i] == 0 || paths.ended[i] != 0 || next == PathStarts::kCount ||
-            !regions.is_start(rows[i]))
+        if (paths.to_diffuse[i] == 0 || paths.ended[i] != 0 || next == PathStarts::kCount)
             return false;
         if (next == 0) return true;
         return teaches() && paths.length_m[i] >= kStarts[next] * settings.max_length_m;
@@ -122,7 +119,7 @@ void add_deposits(PathBatch& paths, const Collector& collector, DepositBatch& ou
         deposit.set_energy(energy, paths.roulette[i]);
         if (!deposit.empty()) (later ? out.later : out.deposits).add(deposit);
         if (extent == whole) continue;
-        if (!starts.any() && collector.is_predicted() && collector.regions.is_start(row)) {
+        if (!starts.any() && collector.is_predicted()) {
             deposit.patch = collector.regions.of_row[row];
             deposit.set_energy(scattered * collector.regions.importance[row], paths.roulette[i]);
             if (!deposit.empty()) out.handed_over.add(deposit);

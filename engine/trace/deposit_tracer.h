@@ -31,12 +31,9 @@ class DepositTracer : public PathTracer {
         std::span<const std::uint32_t> of_row;
         std::span<const float> importance;
         std::size_t count = 0;
-        std::size_t start_count = 0;  ///< the first regions, to which energy is handed over
         /// From this length after its first diffuse reflection on, a path's energy is predicted by
         /// the transport between regions. Before, it depends on the places inside them.
         float hand_over_m = 0;
-
-        bool is_start(std::uint32_t row) const { return of_row[row] < start_count; }
     };
 
     /// To be called before paths of another extent than `whole` are traced.
