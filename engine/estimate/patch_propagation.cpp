@@ -23,11 +23,6 @@ constexpr std::uint64_t kReserveTurn = 6;
 /// Batches whose memory is kept, over those of one emitter: static emitters share twice as many.
 constexpr int kKeptBatches = 2;
 
-/// All rays teach the transport until it has learnt from this number, whose noise is below that of
-/// the rays of a frame; then one of kTeachers does.
-constexpr std::uint64_t kEnoughTeachers = 60'000;
-constexpr int kTeachers = 8;
-
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
 /// Gathers are traced together up to this number of rays: some receivers have few rays, and the
@@ -67,15 +62,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
       grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
             workers, max_rows(memory_bytes_, bins_, source_count, listener_count)),
       tracer_(scene, grid_, bins_, images, trace),
-      row_pool_(std::make_shared<RowPool>(bins.count())),
-      region_pool_(std::make_shared<RowPool>(bins.count())),
-      transport_(scene, grid_, bins, kTransportShare * memory_bytes_) {
-    // Transport does not know the order of reflections, and regions extend through objects that
-    // move.
-    keeps_transport_ =
-        simulation.order == 0 &&
-        std::none_of(scene.triangles().begin(), scene.triangles().end(),
-                     [&](const RayScene::Triangle& t) { return scene.moves(t); });
+      row_pool_(std::make_shared<RowPool>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
     find_mirrors();
     ids_.resize(emitter_count());
@@ -99,43 +86,13 @@ void PatchPropagation::scene_moved() {
 /// Removes the energy of all emitters after a change of the grid, whose rows may belong to other
 /// patches now: a movement can be too small to change the sum of all movements.
 void PatchPropagation::clear_caches() {
-    for (std::size_t id = 0; id < emitter_count(); ++id) clear_cache(id);
-    if (keeps_transport_) transport_.scene_moved();
-    share_regions();
-}
-
-/// Tells the tracer the regions of the transport.
-void PatchPropagation::share_regions() {
-    if (!keeps_transport_) return;
-    tracer_.set_regions({transport_.regions(), transport_.importance(), transport_.region_count(),
-                         transport_.hand_over_m()});
-}
-
-/// Removes the energy of an emitter.
-void PatchPropagation::clear_cache(std::size_t id) {
-    caches_[id].clear();
-    handed_over_[id].clear();
-    predicted_[id].clear();
-}
-
-/// The share of an emitter's rays whose later energy is predicted.
-double PatchPropagation::predicted_part(std::size_t id) const {
-    if (predicted_[id].emitted() == 0) return 0;
-    return static_cast<double>(predicted_[id].emitted()) /
-           static_cast<double>(caches_[id].emitted());
-}
-
-/// True if the rays of an emitter are followed to the hand-over: they serve this frame only.
-bool PatchPropagation::hands_over(std::size_t id) const {
-    return keeps_transport_ && status_[id].changed;
+    for (PatchCache& cache : caches_) cache.clear();
 }
 
 void PatchPropagation::materials_changed() {
     find_mirrors();
     grid_.materials_changed();
     clear_caches();
-    if (keeps_transport_) transport_.restart();
-    share_regions();
 }
 
 /// Decides whether paths that end in a mirror are left to the rays.
@@ -153,16 +110,10 @@ PairResponse PatchPropagation::silent_pair() const {
 
 void PatchPropagation::restart() {
     caches_.clear();
-    handed_over_.clear();
-    predicted_.clear();
-    if (keeps_transport_) transport_.restart();
-    share_regions();
     segment_caches_.clear();
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         const bool directed = id >= source_count_;
         caches_.emplace_back(bins_.count(), directed, row_pool_);
-        handed_over_.emplace_back(bins_.count(), directed, region_pool_);
-        predicted_.emplace_back(bins_.count(), directed, region_pool_);
         segment_caches_.push_back(make_segment_cache(directed));
     }
     status_.assign(emitter_count(), {});
@@ -180,8 +131,6 @@ void PatchPropagation::add_source(std::size_t id, const Vec3& position,
     ++source_count_;
     ids_.insert(ids_.begin() + index, id);
     caches_.emplace(caches_.begin() + index, bins_.count(), false, row_pool_);
-    handed_over_.emplace(handed_over_.begin() + index, bins_.count(), false, region_pool_);
-    predicted_.emplace(predicted_.begin() + index, bins_.count(), false, region_pool_);
     segment_caches_.insert(segment_caches_.begin() + index, make_segment_cache(false));
     status_.insert(status_.begin() + index, EmitterStatus{});
     turned_m_.push_back(0);
@@ -201,8 +150,6 @@ void PatchPropagation::remove_source(std::size_t source) {
     --source_count_;
     erase(ids_);
     erase(caches_);
-    erase(handed_over_);
-    erase(predicted_);
     erase(segment_caches_);
     erase(status_);
     erase(turned_m_);
@@ -237,7 +184,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         }
         states.push_back({frame.number, emitter(id, frame).position, travel_m});
         status_[id].changed = !states_.empty() && states[id].changed_since(states_[id]);
-        if (status_[id].changed) clear_cache(id);
+        if (status_[id].changed) caches_[id].clear();
         segment_caches_[id].advance(states[id]);
         // Rays are also needed for paths that no gather finds.
         status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
@@ -282,16 +229,6 @@ std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> s
     return batches;
 }
 
-/// How far the batch `b` of `count` of an emitter is traced.
-DepositTracer::Extent PatchPropagation::extent(std::size_t id, int b, int count) const {
-    using enum DepositTracer::Extent;
-    if (!keeps_transport_) return whole;
-    const bool teaches =
-        transport_.rays() < kEnoughTeachers || b < (count + kTeachers - 1) / kTeachers;
-    if (hands_over(id)) return teaches ? handed_over : near;
-    return teaches ? teaching : whole;
-}
-
 void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<int>& batches,
                              FrameStatistics& statistics) {
     std::vector<std::pair<std::size_t, int>> jobs;
@@ -302,7 +239,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [id, b] = jobs[job];
         batches_[job].clear();
-        tracer_.trace(emitter(id, frame), frame.seed, b, extent(id, b, batches[id]), batches_[job]);
+        tracer_.trace(emitter(id, frame), frame.seed, b, batches_[job]);
     });
     for (const DepositBatch& batch : std::span(batches_).first(jobs.size()))
         statistics.segments += batch.segment_count;
@@ -324,30 +261,10 @@ void PatchPropagation::update(const std::vector<int>& batches) {
         });
         if (caches_[id].complete()) continue;
         caches_[id].begin_add(rays, grid_.size());
-        const bool hands = hands_over(id);
-        if (hands) handed_over_[id].begin_add(rays, transport_.region_count());
-        if (hands) predicted_[id].begin_add(rays, transport_.region_count());
-        for (std::size_t part = 0; part < DepositParts::kCount; ++part) {
-            jobs.emplace_back([this, id, traced, part, hands] {
-                caches_[id].add_part(traced, &DepositBatch::deposits, part);
-                if (hands) {
-                    handed_over_[id].add_part(traced, &DepositBatch::handed_over, part);
-                } else {
-                    caches_[id].add_part(traced, &DepositBatch::later, part);
-                }
-            });
-        }
+        for (std::size_t part = 0; part < DepositParts::kCount; ++part)
+            jobs.emplace_back([this, id, traced, part] { caches_[id].add_part(traced, part); });
     }
     workers_.run(jobs);
-    if (!keeps_transport_) return;
-    const std::size_t count = batches_.size() - left.size();
-    transport_.learn(std::span(batches_).first(count), tracer_.rays_of(static_cast<int>(count)),
-                     workers_);
-    share_regions();
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        if (batches[id] > 0 && hands_over(id))
-            transport_.predict(handed_over_[id], predicted_[id], workers_);
-    }
 }
 
 /// Number of rays in each cache.
@@ -383,7 +300,6 @@ GatherPlan PatchPropagation::plan_gather(std::uint64_t frame, std::span<const ch
 GatherSettings PatchPropagation::gather_settings(int rays) const {
     GatherSettings settings = gather_settings_;
     settings.rays = rays;
-    settings.transport = keeps_transport_ ? &transport_ : nullptr;
     return settings;
 }
 
@@ -430,11 +346,8 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
             const auto [source, listener] = ends(i);
             const GatherPlan::Shares& shares = plan.shares[i];
             GatheredEnergy& energy = energies.try_emplace(i, pairs_[i].gathered()).first->second;
-            const std::size_t emitting = receiver.is_listener ? source : listener;
-            const double share = receiver.is_listener ? shares.source : shares.listener;
-            energy.add(gather.hits(), caches_[emitting], share);
-            energy.add(gather.region_hits(), predicted_[emitting],
-                       share * predicted_part(emitting));
+            energy.add(gather.hits(), caches_[receiver.is_listener ? source : listener],
+                       receiver.is_listener ? shares.source : shares.listener);
         }
     }
     workers_.run(jobs);
@@ -485,7 +398,6 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     }
     for (const SegmentCache& segments : segment_caches_)
         statistics.memory_bytes += segments.memory_bytes();
-    statistics.memory_bytes += transport_.memory_bytes();
     statistics.memory_bytes += row_pool_->free_bytes();
 }
 
@@ -511,7 +423,6 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
         for (std::size_t s = 0; s < source_count_; ++s) {
             const auto added = energies.try_emplace(s, responses[s * at.size() + r]).first;
             added->second.add(gather.hits(), caches_[s], 1);
-            added->second.add(gather.region_hits(), predicted_[s], predicted_part(s));
         }
         statistics.segments += gather.segments();
         statistics.summed_bins += sum(energies, workers_);

@@ -8,7 +8,6 @@
 #include "engine/cache/patch_cache.h"
 #include "engine/cache/row_pool.h"
 #include "engine/cache/segment_cache.h"
-#include "engine/cache/transport_cache.h"
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
 #include "engine/estimate/gather_plan.h"
@@ -69,9 +68,6 @@ class PatchPropagation final : public ResponseEstimator {
     float patch_size_m() const override { return grid_.patch_size_m(); }
 
  private:
-    /// Share of the cache memory for the transport between regions.
-    static constexpr double kTransportShare = 0.125;
-
     /// The emitters of a pair.
     struct Ends {
         std::size_t source = 0;
@@ -79,10 +75,6 @@ class PatchPropagation final : public ResponseEstimator {
     };
 
     void find_mirrors();
-    void clear_cache(std::size_t id);
-    void share_regions();
-    bool hands_over(std::size_t id) const;
-    double predicted_part(std::size_t id) const;
     void clear_caches();
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
@@ -98,7 +90,6 @@ class PatchPropagation final : public ResponseEstimator {
     Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status, std::uint64_t frame) const;
-    DepositTracer::Extent extent(std::size_t id, int b, int count) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
                FrameStatistics& statistics);
     void update(const std::vector<int>& batches);
@@ -123,7 +114,6 @@ class PatchPropagation final : public ResponseEstimator {
     TimeBins bins_;
     int window_frames_;
     bool from_listeners_ = false;
-    bool keeps_transport_ = false;
     bool rays_may_mirror_ = false;
     bool mirrors_ = false;  ///< paths that end in a mirror are left to the rays
     float listener_radius_m_;
@@ -139,10 +129,6 @@ class PatchPropagation final : public ResponseEstimator {
     std::vector<std::size_t> ids_;       // select the random numbers
     std::shared_ptr<RowPool> row_pool_;  // of all caches
     std::vector<PatchCache> caches_;
-    std::vector<PatchCache> handed_over_;  // of regions, in this frame
-    std::vector<PatchCache> predicted_;    // of regions, in this frame
-    std::shared_ptr<RowPool> region_pool_;
-    TransportCache transport_;
     std::vector<SegmentCache> segment_caches_;
     std::vector<EmitterStatus> status_;
     std::vector<SegmentCache::State> states_;  // in the last frame
