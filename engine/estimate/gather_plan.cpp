@@ -91,6 +91,9 @@ GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> 
         if (share < kMinShare) share = 0;
         if (share > 1 - kMinShare) share = 1;
         plan.shares[i] = {share, 1 - share};
+        // The ends divide the M rays of a pair by the weights w and 1 - w of their estimates. With
+        // the variance V of one ray, w^2 V / (w M) + (1 - w)^2 V / ((1 - w) M) = V / M: variance
+        // and cost are those of one gather.
         const int of_pair = rays_of_pair(pair, all, rays, scene_moved);
         const auto gather_at = [&](std::size_t receiver, double part) {
             if (part == 0) return;

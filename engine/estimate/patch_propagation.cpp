@@ -177,6 +177,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     std::vector<SegmentCache::State> states;
     for (std::size_t id = 0; id < emitter_count(); ++id) {
         double travel_m = frame.travel_m;
+        // A source that turns counts as moved: rays of listeners do not depend on its orientation.
         if (id < source_count_) {
             if (!directivities_.empty())
                 turned_m_[id] += frame.directivities[id].turned_m(directivities_[id]);

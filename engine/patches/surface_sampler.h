@@ -19,7 +19,8 @@ struct SurfaceSample {
     std::uint32_t patch = 0;
     float area_m2 = 0;
 
-    /// The point at the distance from the surface at which points belong to cells.
+    /// The point at the distance from the surface at which points belong to cells: the same for
+    /// deposits, gathers and areas, so that rounding cannot divide a wall in a plane of the grid.
     Vec3 nudged_off_surface() const { return point + RayScene::kOffset_m * normal; }
 };
 

@@ -17,8 +17,9 @@ class ScenePlanes {
  public:
     using Point = glm::dvec3;
 
-    /// Area of the smallest plane that has image sources. The first Fresnel zone of a reflection
-    /// has 0.07 m2 at 16 kHz, with source and listener at 2 m.
+    /// Area of the smallest plane that has image sources. An image source has the full energy of a
+    /// mirror in a beam as narrow as its plane, and none beside it. The first Fresnel zone of a
+    /// reflection, pi lambda d1 d2 / (d1 + d2), has 0.07 m2 at 16 kHz, with d1 and d2 of 2 m.
     static constexpr double kSmallestMirror_m2 = 0.01;
 
     struct Plane {
