@@ -21,7 +21,8 @@ namespace aula {
 /// see each other. A search begins when an end has moved by 10 cm, or an object has moved, and goes
 /// on in the next frames until it is complete. What it has found so far, and what earlier ones have
 /// found, is tried again in each frame. The work of a frame is counted and bounded: equal calls
-/// give equal chains. [propagation thread]
+/// give equal chains. The step that exceeds the bound is completed, and rows are not counted.
+/// [propagation thread]
 class ChainSearch {
  public:
     /// `order`: largest number of bends, at least 1.

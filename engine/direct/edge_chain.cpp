@@ -223,7 +223,9 @@ bool EdgeChain::is_along_screen(std::size_t contact) const {
            contacts_[contact + 1].edge->is_free();
 }
 
-/// The same path on all sides of the screens along which it leads.
+/// The same path on all sides of the screens along which it leads. Where a screen is seen end-on,
+/// the field over each of its edges is that of an infinite half plane, and only the sum with the
+/// chains on both sides is the free field.
 std::vector<EdgeChain> EdgeChain::sides() const {
     std::vector<EdgeChain> all{*this};
     const auto opposite = [](const DiffractionEdge& edge, double angle_rad) {

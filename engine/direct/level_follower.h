@@ -10,8 +10,10 @@ namespace aula {
 /// The energies of the direct sound of a source and a listener, which follow those of the model
 /// with a bounded change of level per metre walked. The sum over paths is continuous where the next
 /// order of diffraction continues a path. It has steps where that order is beyond the limits of the
-/// search; the follower turns them into slopes. Levels are relative to free field over the straight
-/// distance, so that walking towards a source is not slowed down.
+/// search, where a path over one jamb of a door passes the end of the other, and where the edges of
+/// its leaf meet those of its frame; the follower turns them into slopes. While it follows, a level
+/// depends on where the walk came from; at rest it becomes that of the model. Levels are relative
+/// to free field over the straight distance, so that walking towards a source is not slowed down.
 class LevelFollower {
  public:
     /// Octaves may change by as much per metre walked, dB: three quarters of the largest change
