@@ -8,6 +8,20 @@
 
 namespace aula {
 
+namespace {
+
+#if defined(_WIN32)
+constexpr const char* kFonts = "C:/Windows/Fonts";
+constexpr const char* kNormal = "segoeui.ttf";
+constexpr const char* kBold = "segoeuib.ttf";
+#else
+constexpr const char* kFonts = "/usr/share/fonts/truetype/dejavu";
+constexpr const char* kNormal = "DejaVuSans.ttf";
+constexpr const char* kBold = "DejaVuSans-Bold.ttf";
+#endif
+
+}  // namespace
+
 void set_style(float scale) {
     ImGuiStyle& style = ImGui::GetStyle();
     style = {};
@@ -41,13 +55,10 @@ void set_style(float scale) {
 void load_fonts(float scale) {
     ImFontAtlas* fonts = ImGui::GetIO().Fonts;
     fonts->Clear();
-    const std::filesystem::path folder = "/usr/share/fonts/truetype/dejavu";
-    for (const auto& [name, size] : {std::pair{"DejaVuSans.ttf", 14.0F},
-                                     {"DejaVuSans-Bold.ttf", 17.0F},
-                                     {"DejaVuSans.ttf", 11.5F}}) {
-        const std::filesystem::path file = folder / name;
+    for (const auto& [name, size] : {std::pair{kNormal, 14.0F}, {kBold, 17.0F}, {kNormal, 11.5F}}) {
+        const std::filesystem::path file = std::filesystem::path(kFonts) / name;
         if (std::filesystem::exists(file))
-            fonts->AddFontFromFileTTF(file.c_str(), std::round(size * scale));
+            fonts->AddFontFromFileTTF(file.string().c_str(), std::round(size * scale));
         else
             fonts->AddFontDefault();
     }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/plugin/clap/clap_plugin.h"
+#include "apps/plugin/editor/window_system.h"
 
 namespace aula::plugin {
 
@@ -25,11 +26,11 @@ PluginEditor* editor_of(const clap_plugin_t* plugin) {
 }
 
 bool is_supported(const clap_plugin_t*, const char* api, bool is_floating) {
-    return !is_floating && std::string_view(api) == CLAP_WINDOW_API_X11;
+    return !is_floating && std::string_view(api) == kWindowSystem.clap_api;
 }
 
 bool preferred(const clap_plugin_t*, const char** api, bool* is_floating) {
-    *api = CLAP_WINDOW_API_X11;
+    *api = kWindowSystem.clap_api;
     *is_floating = false;
     return true;
 }
@@ -74,8 +75,8 @@ bool set_size(const clap_plugin_t* plugin, std::uint32_t width, std::uint32_t he
 }
 
 bool set_parent(const clap_plugin_t* plugin, const clap_window_t* window) {
-    return std::string_view(window->api) == CLAP_WINDOW_API_X11 &&
-           ClapPlugin::of(plugin).open_editor(window->x11);
+    return std::string_view(window->api) == kWindowSystem.clap_api &&
+           ClapPlugin::of(plugin).open_editor(reinterpret_cast<std::uintptr_t>(window->ptr));
 }
 
 bool show(const clap_plugin_t* plugin) {
@@ -122,7 +123,7 @@ ClapEditor::ClapEditor(const clap_host_t& host, PluginInstance& instance, Parame
 ClapEditor::~ClapEditor() { stop_timer(); }
 
 bool ClapEditor::start_timer() {
-    if (has_timer_) return true;
+    if (kWindowSystem.has_timers || has_timer_) return true;
     const auto* const timers =
         extension_of<clap_host_timer_support_t>(host_, CLAP_EXT_TIMER_SUPPORT);
     has_timer_ =

@@ -1,7 +1,6 @@
 #include "apps/plugin/editor/plugin_editor.h"
 
 #include <backends/imgui_impl_opengl3.h>
-#include <epoxy/gl.h>
 #include <imgui.h>
 
 // The copy of dpf-source does not declare them as functions of C.
@@ -32,7 +31,7 @@ constexpr unsigned kGreatest = 8192;
 /// Frames after an event: Dear ImGui shows some effects of the mouse one frame later.
 constexpr int kFramesOfEvent = 2;
 
-constexpr unsigned kVersion = 33;  ///< of OpenGL, as of the program's window
+constexpr int kVersion = 33;  ///< of OpenGL, as of the program's window
 
 EditorSize scaled(EditorSize size, float scale) {
     const auto pixels = [&](unsigned x) {
@@ -66,7 +65,7 @@ struct PluginEditor::State {
 };
 
 void PluginEditor::State::create() {
-    if (epoxy_gl_version() < static_cast<int>(kVersion)) return;
+    if (opengl_version() < kVersion) return;
     has_opengl = ImGui_ImplOpenGL3_Init("#version 330 core");
 }
 
@@ -88,6 +87,7 @@ PuglStatus PluginEditor::State::handle(const PuglEvent& event) {
             frames_due = kFramesOfEvent;
             break;
         case PUGL_UPDATE:
+        case PUGL_TIMER:
             if (panel.follow() || frames_due > 0 || mouse.pending()) puglPostRedisplay(view);
             break;
         case PUGL_EXPOSE:
@@ -143,9 +143,7 @@ void PluginEditor::State::draw() {
     ImGui::NewFrame();
     panel.draw();
     ImGui::Render();
-    glViewport(0, 0, static_cast<GLsizei>(size.width), static_cast<GLsizei>(size.height));
-    glClearColor(0, 0, 0, 1);
-    glClear(GL_COLOR_BUFFER_BIT);
+    clear_picture(static_cast<int>(size.width), static_cast<int>(size.height));
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
@@ -214,6 +212,7 @@ void PluginEditor::open(std::uintptr_t parent) {
     puglSetSize(s.view, s.size.width, s.size.height);
     if (puglRealize(s.view) != PUGL_SUCCESS || !s.has_opengl)
         throw Failure("the editor cannot be opened: OpenGL 3.3 is needed");
+    if (kWindowSystem.has_timers) puglStartTimer(s.view, 0, 1e-3 * kPeriod_ms);
 }
 
 std::uintptr_t PluginEditor::window() const { return puglGetNativeView(state_->view); }

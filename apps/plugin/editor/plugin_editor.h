@@ -38,7 +38,8 @@ class PluginEditor {
     void show();
     void hide();
 
-    /// Handles the mouse, and draws what has changed. Hosts call it every kPeriod_ms.
+    /// Handles the mouse, and draws what has changed. Hosts call it every kPeriod_ms, unless the
+    /// window system has_timers.
     void idle();
     static constexpr unsigned kPeriod_ms = 33;
 

@@ -1,5 +1,6 @@
 #include "apps/plugin/editor/window_system.h"
 
+#include <epoxy/gl.h>
 #include <epoxy/glx.h>
 
 namespace aula {
@@ -16,6 +17,14 @@ bool opens_display() {
     const bool has_opengl = epoxy_has_glx(display);
     XCloseDisplay(display);
     return has_opengl;
+}
+
+int opengl_version() { return epoxy_gl_version(); }
+
+void clear_picture(int width, int height) {
+    glViewport(0, 0, width, height);
+    glClearColor(0, 0, 0, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
 }
 
 // Those of a connection arrive while its owner calls Xlib: the handler sees no others than those of

@@ -5,6 +5,8 @@
 #include <exception>
 #include <utility>
 
+#include "apps/plugin/editor/window_system.h"
+
 namespace aula::plugin {
 
 namespace {
@@ -16,7 +18,7 @@ std::uint32_t view_reference(void* self) { return vst3_view(self).reference(); }
 std::uint32_t view_release(void* self) { return vst3_view(self).release(); }
 
 v3_result is_supported(void*, const char* platform) {
-    return std::strcmp(platform, V3_VIEW_PLATFORM_TYPE_X11) == 0 ? V3_TRUE : V3_FALSE;
+    return std::strcmp(platform, kWindowSystem.vst3_platform) == 0 ? V3_TRUE : V3_FALSE;
 }
 v3_result attached(void* self, void* parent, const char* platform) {
     if (is_supported(self, platform) != V3_TRUE) return V3_INVALID_ARG;
@@ -115,30 +117,34 @@ PluginEditor* Vst3View::editor() {
     return editor_.get();
 }
 
-/// The timer is that of the run loop, which a frame has on Linux.
 v3_result Vst3View::attach(void* parent) {
-    if (frame_ == nullptr || loop_ != nullptr || editor() == nullptr) return V3_FALSE;
-    if (v3_cpp_obj_query_interface(frame_, v3_run_loop_iid, &loop_) != V3_OK) {
-        loop_ = nullptr;
-        return V3_FALSE;
-    }
+    if (is_attached_ || editor() == nullptr) return V3_FALSE;
+    is_attached_ = true;
     try {
         editor_->open(reinterpret_cast<std::uintptr_t>(parent));
         editor_->show();
+        if (kWindowSystem.has_timers || start_timer()) return V3_OK;
     } catch (const std::exception&) {
-        remove();
-        return V3_FALSE;
+        // VST3 has no log.
     }
-    if (v3_cpp_obj(loop_)->register_timer(loop_, reinterpret_cast<v3_timer_handler**>(&timer_),
-                                          PluginEditor::kPeriod_ms) == V3_OK)
-        return V3_OK;
     remove();
     return V3_FALSE;
+}
+
+/// The timer is that of the run loop, which a frame has on Linux.
+bool Vst3View::start_timer() {
+    if (frame_ == nullptr || v3_cpp_obj_query_interface(frame_, v3_run_loop_iid, &loop_) != V3_OK) {
+        loop_ = nullptr;
+        return false;
+    }
+    return v3_cpp_obj(loop_)->register_timer(loop_, reinterpret_cast<v3_timer_handler**>(&timer_),
+                                             PluginEditor::kPeriod_ms) == V3_OK;
 }
 
 v3_result Vst3View::remove() {
     stop_timer();
     editor_.reset();
+    is_attached_ = false;
     return V3_OK;
 }
 

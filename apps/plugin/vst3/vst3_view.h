@@ -53,6 +53,7 @@ class Vst3View final : public EditorHost {
     friend Vst3View& vst3_view(void* self);
 
     PluginInstance& instance() const { return plugin_.instance(); }
+    bool start_timer();
     void stop_timer();
 
     std::atomic<std::uint32_t> references_ = 1;
@@ -61,6 +62,7 @@ class Vst3View final : public EditorHost {
     Vst3Plugin& plugin_;
     v3_plugin_frame** frame_ = nullptr;
     v3_run_loop** loop_ = nullptr;  ///< with a timer
+    bool is_attached_ = false;
     std::unique_ptr<PluginEditor> editor_;
 };
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "apps/plugin/editor/window_system.h"
 #include "tests/plugin/clap_host.h"
 #include "tests/plugin/editor/editor_format.h"
 
@@ -17,13 +18,14 @@ class ClapEditorHost final : public EditorFormat {
 
     bool open(std::uintptr_t parent) override {
         const clap_plugin_t* const plugin = &host_.plugin();
-        if (!gui().is_api_supported(plugin, CLAP_WINDOW_API_X11, false)) return false;
-        if (!gui().create(plugin, CLAP_WINDOW_API_X11, false)) return false;
+        if (!gui().is_api_supported(plugin, plugin::kWindowSystem.clap_api, false)) return false;
+        if (!gui().create(plugin, plugin::kWindowSystem.clap_api, false)) return false;
         is_open_ = true;
         clap_window_t window{};
-        window.api = CLAP_WINDOW_API_X11;
-        window.x11 = parent;
-        return gui().set_parent(plugin, &window) && gui().show(plugin) && host_.has_timer();
+        window.api = plugin::kWindowSystem.clap_api;
+        window.ptr = reinterpret_cast<void*>(parent);
+        return gui().set_parent(plugin, &window) && gui().show(plugin) &&
+               host_.has_timer() != plugin::kWindowSystem.has_timers;
     }
     void idle() override { host_.tick(); }
     void close() override {

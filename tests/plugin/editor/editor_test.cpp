@@ -1,18 +1,14 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
 #include <thread>
 
 #include "tests/plugin/editor/clap_editor_host.h"
+#include "tests/plugin/editor/editor_system.h"
 #include "tests/plugin/editor/host_window.h"
-#include "tests/plugin/editor/lv2_editor_host.h"
-#include "tests/plugin/editor/vst3_editor_host.h"
-#include "tests/window/display.h"
 
 namespace editor_test {
 
@@ -26,29 +22,13 @@ constexpr std::array<int, 3> kSource{255, 153, 38};
 constexpr unsigned kWidth = 760;
 constexpr unsigned kHeight = 480;
 
-/// The display of all tests; null, with the reason, where none can run.
-const Display* display() {
-    if (!are_installed("Xvfb xdotool")) {
-        WARN("skipped: Xvfb or xdotool is not installed (packages-test.txt)");
-        return nullptr;
-    }
-    static const Display private_display("800x500");
-    if (!private_display.running()) WARN("skipped: no display can run here");
-    return private_display.running() ? &private_display : nullptr;
-}
-
-std::unique_ptr<EditorFormat> host_of(const std::string& format) {
-    if (format == "CLAP") return std::make_unique<ClapEditorHost>();
-    if (format == "VST3") return std::make_unique<Vst3EditorHost>();
-    return std::make_unique<Lv2EditorHost>();
-}
-
 /// Calls the timers until a condition holds, for at most a minute.
 bool idle_until(EditorFormat& host, const std::function<bool()>& holds) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
     while (!holds()) {
         if (std::chrono::steady_clock::now() > end) return false;
         host.idle();
+        HostWindow::dispatch();
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     return true;
@@ -58,6 +38,7 @@ bool idle_until(EditorFormat& host, const std::function<bool()>& holds) {
 void settle(EditorFormat& host) {
     for (int turn = 0; turn < 8; ++turn) {
         host.idle();
+        HostWindow::dispatch();
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
 }
@@ -75,26 +56,14 @@ void drag(EditorFormat& host, Pixel from, Pixel to) {
     settle(host);
 }
 
-std::size_t entries(const char* folder) {
-    const std::filesystem::directory_iterator all(folder);
-    return static_cast<std::size_t>(std::distance(begin(all), end(all)));
-}
-
-double resident_mb() {
-    std::ifstream file("/proc/self/statm");
-    double pages = 0;
-    file >> pages >> pages;
-    return pages * 4096e-6;
-}
-
 }  // namespace
 
 TEST_CASE("In the editor of each format a mouse drags the source in the plan") {
-    if (display() == nullptr) return;
-    const auto format = GENERATE(as<std::string>{}, "LV2", "CLAP", "VST3");
+    if (!has_display()) return;
+    const auto format = GENERATE(from_range(editor_formats()));
     CAPTURE(format);
     const HostWindow window(kWidth, kHeight);
-    const auto host = host_of(format);
+    const auto host = editor_host(format);
     REQUIRE(host->open(window.number()));
     REQUIRE(idle_until(*host, [&] { return window.mark(kSource).has_value(); }));
     settle(*host);
@@ -127,7 +96,7 @@ TEST_CASE("In the editor of each format a mouse drags the source in the plan") {
 }
 
 TEST_CASE("Two editors are open at once, and only that under the mouse follows it") {
-    if (display() == nullptr) return;
+    if (!has_display()) return;
     const HostWindow window(kWidth, kHeight);
     ClapEditorHost below;
     REQUIRE(below.open(window.number()));
@@ -135,10 +104,10 @@ TEST_CASE("Two editors are open at once, and only that under the mouse follows i
     ClapEditorHost above;
     REQUIRE(above.open(window.number()));
     REQUIRE(idle_until(above, [&] { return window.mark(kSource).has_value(); }));
-    below.idle();
+    settle(below);
     const Pixel from = *window.mark(kSource);
     drag(above, from, {from.x - 40, from.y});
-    below.idle();
+    settle(below);
     CHECK(above.get(Control::source_room_x) < -0.05);
     CHECK(below.get(Control::source_room_x) == 0);
     below.close();
@@ -147,7 +116,7 @@ TEST_CASE("Two editors are open at once, and only that under the mouse follows i
 }
 
 TEST_CASE("An editor chooses a room that ships") {
-    if (display() == nullptr) return;
+    if (!has_display()) return;
     const HostWindow window(kWidth, kHeight);
     ClapEditorHost host;
     REQUIRE(host.open(window.number()));
@@ -171,11 +140,11 @@ TEST_CASE("An editor chooses a room that ships") {
 }
 
 TEST_CASE("Opened and closed 50 times, editors leave no memory, files or threads") {
-    if (display() == nullptr) return;
-    const auto format = GENERATE(as<std::string>{}, "LV2", "CLAP", "VST3");
+    if (!has_display()) return;
+    const auto format = GENERATE(from_range(editor_formats()));
     CAPTURE(format);
     const HostWindow window(kWidth, kHeight);
-    const auto host = host_of(format);
+    const auto host = editor_host(format);
     const auto open_and_close = [&](int times) {
         for (int turn = 0; turn < times; ++turn) {
             REQUIRE(host->open(window.number()));
@@ -185,41 +154,26 @@ TEST_CASE("Opened and closed 50 times, editors leave no memory, files or threads
     };
     // Libraries load what they keep.
     open_and_close(10);
-    const double before_mb = resident_mb();
-    const std::size_t files = entries("/proc/self/fd");
-    const std::size_t threads = entries("/proc/self/task");
+    const HeldResources before = held_resources();
     open_and_close(50);
-    CHECK(entries("/proc/self/fd") <= files);
-    CHECK(entries("/proc/self/task") <= threads);
+    const HeldResources after = held_resources();
+    CHECK(after.files <= before.files);
+    CHECK(after.threads <= before.threads);
     // A font and its texture alone are 1 MB.
-    CHECK(resident_mb() - before_mb < 25);
+    CHECK(after.memory_mb - before.memory_mb < 25);
 }
 
 TEST_CASE("An editor survives the window that it is in") {
-    if (display() == nullptr) return;
-    const auto format = GENERATE(as<std::string>{}, "LV2", "CLAP", "VST3");
+    if (!has_display()) return;
+    const auto format = GENERATE(from_range(editor_formats()));
     CAPTURE(format);
     auto window = std::make_unique<HostWindow>(kWidth, kHeight);
-    const auto host = host_of(format);
+    const auto host = editor_host(format);
     REQUIRE(host->open(window->number()));
     settle(*host);
     window.reset();
     settle(*host);
     host->close();
-}
-
-TEST_CASE("Without a display an editor is refused") {
-    const char* const present = std::getenv("DISPLAY");
-    const std::string before = present != nullptr ? present : "";
-    unsetenv("DISPLAY");
-    for (const std::string format : {"LV2", "CLAP", "VST3"}) {
-        CAPTURE(format);
-        CHECK_FALSE(host_of(format)->open(1));
-    }
-    ClapEditorHost host;
-    CHECK_FALSE(host.open(1));
-    CHECK(host.logged().find("there is no display") != std::string::npos);
-    if (!before.empty()) setenv("DISPLAY", before.c_str(), 1);
 }
 
 }  // namespace editor_test

@@ -28,12 +28,15 @@ class HostWindow {
     /// Colours that differ, up to 1000.
     std::size_t colours() const;
 
-    // By the extension of tests: events as those of a mouse.
+    /// Handles the messages of the window system, where that is the host's part.
+    static void dispatch();
+
+    // Events as those of a mouse.
     static void move_mouse(Pixel to);
     static void press(bool is_down);
 
  private:
-    /// 0xRRGGBB, row by row.
+    /// Of the screen, 0xRRGGBB, row by row.
     std::vector<std::uint32_t> pixels() const;
 
     unsigned width_;

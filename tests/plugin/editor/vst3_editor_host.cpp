@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "apps/plugin/editor/window_system.h"
+
 namespace aula::test {
 
 namespace {
@@ -94,11 +96,12 @@ bool Vst3EditorHost::open(std::uintptr_t parent) {
     const auto& functions = *v3_cpp_obj(view_);
     functions.set_frame(view_, reinterpret_cast<v3_plugin_frame**>(&frame_));
     v3_view_rect size{};
-    return functions.is_platform_type_supported(view_, V3_VIEW_PLATFORM_TYPE_X11) == V3_OK &&
-           functions.get_size(view_, &size) == V3_OK && size.right > 100 &&
-           functions.attached(view_, reinterpret_cast<void*>(parent), V3_VIEW_PLATFORM_TYPE_X11) ==
+    return functions.is_platform_type_supported(view_, plugin::kWindowSystem.vst3_platform) ==
                V3_OK &&
-           timer_ != nullptr;
+           functions.get_size(view_, &size) == V3_OK && size.right > 100 &&
+           functions.attached(view_, reinterpret_cast<void*>(parent),
+                              plugin::kWindowSystem.vst3_platform) == V3_OK &&
+           (timer_ != nullptr) != plugin::kWindowSystem.has_timers;
 }
 
 void Vst3EditorHost::idle() {
