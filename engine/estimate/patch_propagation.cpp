@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "engine/base/sampling.h"
@@ -65,14 +64,14 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
       row_pool_(std::make_shared<RowPool>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
     find_mirrors();
-    ids_.resize(emitter_count());
-    std::iota(ids_.begin(), ids_.end(), std::size_t{0});
     // A patch does not store the order of its energy: under a limit the tracer finds the paths that
     // end in a mirror.
     gather_settings_.mirrors = simulation.order == 0;
     gather_settings_.max_length_m = trace.max_length_m;
     gather_settings_.attenuation_per_m = trace.attenuation_per_m;
-    restart();
+    for (std::size_t id = 0; id < emitter_count(); ++id)
+        ends_.push_back(make_end(id, id >= source_count_));
+    pairs_.assign(source_count_ * listener_count_, silent_pair());
     // The first frame fills a cache.
     row_pool_->reserve(grid_.reached_rows(), 0, std::numeric_limits<std::size_t>::max());
 }
@@ -86,7 +85,7 @@ void PatchPropagation::scene_moved() {
 /// Removes the energy of all emitters after a change of the grid, whose rows may belong to other
 /// patches now: a movement can be too small to change the sum of all movements.
 void PatchPropagation::clear_caches() {
-    for (PatchCache& cache : caches_) cache.clear();
+    for (End& end : ends_) end.cache.clear();
 }
 
 void PatchPropagation::materials_changed() {
@@ -109,18 +108,8 @@ PairResponse PatchPropagation::silent_pair() const {
 }
 
 void PatchPropagation::restart() {
-    caches_.clear();
-    segment_caches_.clear();
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const bool directed = id >= source_count_;
-        caches_.emplace_back(bins_.count(), directed, row_pool_);
-        segment_caches_.push_back(make_segment_cache(directed));
-    }
-    status_.assign(emitter_count(), {});
+    for (End& end : ends_) end = make_end(end.id, end.cache.directed());
     last_move_.reset();
-    states_.clear();
-    directivities_.clear();
-    turned_m_.assign(source_count_, 0);
     pairs_.clear();
     pairs_.assign(source_count_ * listener_count_, silent_pair());
 }
@@ -128,36 +117,21 @@ void PatchPropagation::restart() {
 void PatchPropagation::add_source(std::size_t id, const Vec3& position,
                                   const OrientedDirectivity& directivity) {
     const auto index = static_cast<std::ptrdiff_t>(source_count_);
+    const bool has_frames = ends_.back().state.has_value();  // there is a listener
     ++source_count_;
-    ids_.insert(ids_.begin() + index, id);
-    caches_.emplace(caches_.begin() + index, bins_.count(), false, row_pool_);
-    segment_caches_.insert(segment_caches_.begin() + index, make_segment_cache(false));
-    status_.insert(status_.begin() + index, EmitterStatus{});
-    turned_m_.push_back(0);
-    if (!states_.empty()) {
-        states_.insert(states_.begin() + index, SegmentCache::State{0, position, travel_m_});
-        directivities_.push_back(directivity);
-        receivers_.insert(receivers_.begin() + index,
-                          make_receiver(scene_, position, listener_radius_m_));
+    End& source = *ends_.insert(ends_.begin() + index, make_end(id, false));
+    if (has_frames) {
+        source.state = {0, position, travel_m_};
+        source.directivity = directivity;
+        source.receiver = make_receiver(scene_, position, listener_radius_m_);
     }
     pairs_.resize(source_count_ * listener_count_, silent_pair());
     divide_segments();
 }
 
 void PatchPropagation::remove_source(std::size_t source) {
-    const auto index = static_cast<std::ptrdiff_t>(source);
-    const auto erase = [&](auto& of_emitters) { of_emitters.erase(of_emitters.begin() + index); };
     --source_count_;
-    erase(ids_);
-    erase(caches_);
-    erase(segment_caches_);
-    erase(status_);
-    erase(turned_m_);
-    if (!states_.empty()) {
-        erase(states_);
-        erase(directivities_);
-        erase(receivers_);
-    }
+    ends_.erase(ends_.begin() + static_cast<std::ptrdiff_t>(source));
     const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(source * listener_count_);
     pairs_.erase(first, first + static_cast<std::ptrdiff_t>(listener_count_));
     divide_segments();
@@ -165,8 +139,8 @@ void PatchPropagation::remove_source(std::size_t source) {
 
 Emitter PatchPropagation::emitter(std::size_t id, const PropagationFrame& frame) const {
     if (id < source_count_)
-        return {ids_[id], frame.input.sources[id], false, frame.directivities[id]};
-    return {ids_[id], frame.input.listeners[id - source_count_], true};
+        return {ends_[id].id, frame.input.sources[id], false, frame.directivities[id]};
+    return {ends_[id].id, frame.input.listeners[id - source_count_], true};
 }
 
 /// Removes what is invalid since the last frame.
@@ -174,40 +148,34 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
     const bool scene_moved = frame.travel_m != travel_m_;
     if (scene_moved) last_move_ = frame.number;
     travel_m_ = frame.travel_m;
-    std::vector<SegmentCache::State> states;
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
+    std::vector<double> moved_m(emitter_count(), 0);
+    for (std::size_t i = 0; i < emitter_count(); ++i) {
+        End& end = ends_[i];
         double travel_m = frame.travel_m;
         // A source that turns counts as moved: rays of listeners do not depend on its orientation.
-        if (id < source_count_) {
-            if (!directivities_.empty())
-                turned_m_[id] += frame.directivities[id].turned_m(directivities_[id]);
-            travel_m += turned_m_[id];
+        if (i < source_count_) {
+            if (end.state) end.turned_m += frame.directivities[i].turned_m(end.directivity);
+            travel_m += end.turned_m;
+            end.directivity = frame.directivities[i];
         }
-        states.push_back({frame.number, emitter(id, frame).position, travel_m});
-        status_[id].changed = !states_.empty() && states[id].changed_since(states_[id]);
-        if (status_[id].changed) caches_[id].clear();
-        segment_caches_[id].advance(states[id]);
+        const SegmentCache::State now{frame.number, emitter(i, frame).position, travel_m};
+        end.status.changed = end.state && now.changed_since(*end.state);
+        if (end.state) moved_m[i] = now.moved_m(*end.state);
+        if (end.status.changed) end.cache.clear();
+        end.segments.advance(now);
         // Rays are also needed for paths that no gather finds.
-        status_[id].complete = caches_[id].complete() && (!mirrors_ || segment_caches_[id].full());
-        status_[id].emitted_rays = caches_[id].emitted();
-    }
-    receivers_.resize(emitter_count());
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
+        end.status.complete = end.cache.complete() && (!mirrors_ || end.segments.full());
+        end.status.emitted_rays = end.cache.emitted();
         // Only paths that end in a mirror use the visible share of a receiver's spheres.
-        if (!mirrors_) receivers_[id] = {states[id].emitter, listener_radius_m_};
-        if (mirrors_ && (states_.empty() || status_[id].changed)) {
-            receivers_[id] = make_receiver(scene_, states[id].emitter, listener_radius_m_);
-        }
+        if (!mirrors_) end.receiver = {now.emitter, listener_radius_m_};
+        if (mirrors_ && (!end.state || end.status.changed))
+            end.receiver = make_receiver(scene_, now.emitter, listener_radius_m_);
+        end.state = now;
     }
-    const auto moved_m = [&](std::size_t id) {
-        return states_.empty() ? 0.0 : states[id].moved_m(states_[id]);
-    };
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         const auto [source, listener] = ends(i);
-        pairs_[i].begin_frame(moved_m(source) + moved_m(listener));
+        pairs_[i].begin_frame(moved_m[source] + moved_m[listener]);
     }
-    states_ = std::move(states);
-    directivities_ = frame.directivities;
 }
 
 /// Number of batches that each emitter traces.
@@ -258,20 +226,27 @@ void PatchPropagation::update(const std::vector<int>& batches) {
         const int rays = tracer_.rays_of(batches[id]);
         jobs.emplace_back([this, id, traced, rays] {
             size_spheres(traced);
-            segment_caches_[id].add(traced, rays);
+            ends_[id].segments.add(traced, rays);
         });
-        if (caches_[id].complete()) continue;
-        caches_[id].begin_add(rays, grid_.size());
+        PatchCache& cache = ends_[id].cache;
+        if (cache.complete()) continue;
+        cache.begin_add(rays, grid_.size());
         for (std::size_t part = 0; part < DepositParts::kCount; ++part)
-            jobs.emplace_back([this, id, traced, part] { caches_[id].add_part(traced, part); });
+            jobs.emplace_back([&cache, traced, part] { cache.add_part(traced, part); });
     }
     workers_.run(jobs);
+}
+
+std::vector<EmitterStatus> PatchPropagation::status() const {
+    std::vector<EmitterStatus> status;
+    for (const End& end : ends_) status.push_back(end.status);
+    return status;
 }
 
 /// Number of rays in each cache.
 std::vector<std::uint64_t> PatchPropagation::emitted() const {
     std::vector<std::uint64_t> rays;
-    for (const PatchCache& cache : caches_) rays.push_back(cache.emitted());
+    for (const End& end : ends_) rays.push_back(end.cache.emitted());
     return rays;
 }
 
@@ -282,7 +257,7 @@ std::vector<PairStatus> PatchPropagation::pair_status() const {
         const PairResponse& pair = pairs_[i];
         const auto [source, listener] = ends(i);
         pairs.push_back({source, listener, pair.frames(), pair.holds(window_frames_),
-                         status_[source].changed && pair.frames() >= window_frames_});
+                         ends_[source].status.changed && pair.frames() >= window_frames_});
     }
     return pairs;
 }
@@ -347,7 +322,7 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
             const auto [source, listener] = ends(i);
             const GatherPlan::Shares& shares = plan.shares[i];
             GatheredEnergy& energy = energies.try_emplace(i, pairs_[i].gathered()).first->second;
-            energy.add(gather.hits(), caches_[receiver.is_listener ? source : listener],
+            energy.add(gather.hits(), ends_[receiver.is_listener ? source : listener].cache,
                        receiver.is_listener ? shares.source : shares.listener);
         }
     }
@@ -358,9 +333,10 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
 
 /// Detects the segments of a pair's ends.
 void PatchPropagation::detect(std::size_t i) {
-    const auto [source, listener] = ends(i);
-    pairs_[i].detect(scene_, segment_caches_[source], receivers_[listener],
-                     segment_caches_[listener], receivers_[source], directivities_[source]);
+    const End& source = ends_[ends(i).source];
+    const End& listener = ends_[ends(i).listener];
+    pairs_[i].detect(scene_, source.segments, listener.receiver, listener.segments, source.receiver,
+                     source.directivity);
 }
 
 /// Updates a pair's response: the gathered energy and the segments whose paths no image source
@@ -369,7 +345,7 @@ void PatchPropagation::complete_pair(std::size_t i, bool gathered, const Specula
                                      EnergyResponse& response) {
     PairResponse& pair = pairs_[i];
     const auto [source, listener] = ends(i);
-    if (gathered) pair.end_gather(caches_[source].emitted() + caches_[listener].emitted());
+    if (gathered) pair.end_gather(ends_[source].cache.emitted() + ends_[listener].cache.emitted());
     if (!gathered && !mirrors_) return;
     response.energy = pair.response().energy;
     response.directions = pair.response().directions;
@@ -381,7 +357,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     Stopwatch watch;
     advance(frame);
     statistics.cache_s += watch.lap_s();
-    const std::vector<int> batches = plan_batches(status_, frame.number);
+    const std::vector<int> batches = plan_batches(status(), frame.number);
     trace(frame, batches, statistics);
     statistics.trace_s += watch.lap_s();
     update(batches);
@@ -393,12 +369,10 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     reserve_rows(frame.number);
     statistics.cache_s += watch.lap_s();
 
-    for (const PatchCache& cache : caches_) {
-        statistics.cache_entries += cache.allocated_rows();
-        statistics.memory_bytes += cache.memory_bytes();
+    for (const End& end : ends_) {
+        statistics.cache_entries += end.cache.allocated_rows();
+        statistics.memory_bytes += end.cache.memory_bytes() + end.segments.memory_bytes();
     }
-    for (const SegmentCache& segments : segment_caches_)
-        statistics.memory_bytes += segments.memory_bytes();
     statistics.memory_bytes += row_pool_->free_bytes();
 }
 
@@ -423,14 +397,14 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
         GatheredEnergies energies;
         for (std::size_t s = 0; s < source_count_; ++s) {
             const auto added = energies.try_emplace(s, responses[s * at.size() + r]).first;
-            added->second.add(gather.hits(), caches_[s], 1);
+            added->second.add(gather.hits(), ends_[s].cache, 1);
         }
         statistics.segments += gather.segments();
         statistics.summed_bins += sum(energies, workers_);
     }
     if (!mirrors_) return;
     workers_.run(responses.size(), [&](std::size_t pair) {
-        const SegmentCache& of_source = segment_caches_[pair / at.size()];
+        const SegmentCache& of_source = ends_[pair / at.size()].segments;
         SpecularSum detected(EnergyResponse::silent(bins_, speed_of_sound_m_s_));
         of_source.add_to(scene_, *resting_[pair % at.size()], {}, false, of_source.rays(),
                          detected);
@@ -445,8 +419,8 @@ std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame
 
 std::vector<PatchEnergy> PatchPropagation::patch_energies(std::size_t source, double begin_s,
                                                           double end_s) const {
-    const bool sends = caches_[source].emitted() > 0;
-    return aula::patch_energies(grid_, caches_[sends ? source : source_count_], bins_, begin_s,
+    const bool sends = ends_[source].cache.emitted() > 0;
+    return aula::patch_energies(grid_, ends_[sends ? source : source_count_].cache, bins_, begin_s,
                                 end_s);
 }
 
@@ -458,7 +432,7 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     std::vector<std::uint64_t> rays_held = emitted();
     std::vector<EmitterStatus> unchanged(emitter_count());
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        unchanged[id] = {false, caches_[id].complete(), rays_held[id]};
+        unchanged[id] = {false, ends_[id].cache.complete(), rays_held[id]};
     }
     const std::vector<int> batches = plan_batches(unchanged, frame.number);
     for (std::size_t id = 0; id < emitter_count(); ++id) {

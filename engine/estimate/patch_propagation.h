@@ -68,7 +68,20 @@ class PatchPropagation final : public ResponseEstimator {
     float patch_size_m() const override { return grid_.patch_size_m(); }
 
  private:
-    /// The emitters of a pair.
+    /// An emitter, which is also a receiver: a source or a listener.
+    struct End {
+        std::size_t id = 0;  ///< selects the random numbers
+        PatchCache cache;
+        SegmentCache segments;
+        EmitterStatus status;
+        std::optional<SegmentCache::State> state;  ///< in the last frame
+        Receiver receiver;
+        // Of sources.
+        OrientedDirectivity directivity;  ///< in the last frame
+        double turned_m = 0;              ///< see OrientedDirectivity::turned_m
+    };
+
+    /// The ends of a pair, by their index.
     struct Ends {
         std::size_t source = 0;
         std::size_t listener = 0;
@@ -86,13 +99,14 @@ class PatchPropagation final : public ResponseEstimator {
     void divide_segments();
     PairResponse silent_pair() const;
     void reserve_rows(std::uint64_t frame);
-    SegmentCache make_segment_cache(bool directed) const;
+    End make_end(std::size_t id, bool directed) const;
     Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status, std::uint64_t frame) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
                FrameStatistics& statistics);
     void update(const std::vector<int>& batches);
+    std::vector<EmitterStatus> status() const;
     std::vector<std::uint64_t> emitted() const;
     std::vector<PairStatus> pair_status() const;
     bool scene_moved_recently(std::uint64_t frame) const;
@@ -125,21 +139,13 @@ class PatchPropagation final : public ResponseEstimator {
     DepositTracer tracer_;
     GatherSettings gather_settings_;
 
-    // [emitter], sources before listeners
-    std::vector<std::size_t> ids_;       // select the random numbers
     std::shared_ptr<RowPool> row_pool_;  // of all caches
-    std::vector<PatchCache> caches_;
-    std::vector<SegmentCache> segment_caches_;
-    std::vector<EmitterStatus> status_;
-    std::vector<SegmentCache::State> states_;  // in the last frame
-    std::vector<Receiver> receivers_;
+    std::vector<End> ends_;              // sources before listeners
 
     std::vector<DepositBatch> batches_;  // of the emitters in this frame, in order
 
     std::vector<std::optional<Receiver>> resting_;  // of the newest gather_at()
 
-    std::vector<OrientedDirectivity> directivities_;  // [source] in the last frame
-    std::vector<double> turned_m_;                    // [source] see OrientedDirectivity::turned_m
     double travel_m_ = 0;
     std::optional<std::uint64_t> last_move_;  // the last frame in which the scene moved
 

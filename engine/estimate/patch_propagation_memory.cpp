@@ -38,15 +38,21 @@ std::size_t PatchPropagation::segment_bytes() const {
                                     static_cast<double>(emitter_count()));
 }
 
-SegmentCache PatchPropagation::make_segment_cache(bool directed) const {
-    return {window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
-            max_segments(directed), segment_bytes()};
+PatchPropagation::End PatchPropagation::make_end(std::size_t id, bool directed) const {
+    return {id,
+            PatchCache(bins_.count(), directed, row_pool_),
+            SegmentCache(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
+                         max_segments(directed), segment_bytes()),
+            {},
+            {},
+            {},
+            {}};
 }
 
 /// Divides the segments among the emitters after their number has changed.
 void PatchPropagation::divide_segments() {
     for (std::size_t id = 0; id < emitter_count(); ++id)
-        segment_caches_[id].set_bounds(max_segments(id >= source_count_), segment_bytes());
+        ends_[id].segments.set_bounds(max_segments(id >= source_count_), segment_bytes());
 }
 
 /// Maps the rows of a listener beside those of a source.
@@ -59,8 +65,8 @@ void PatchPropagation::reserve_memory() {
 /// change: those during one and after one cost more already. Clears rows in every frame.
 void PatchPropagation::reserve_rows(std::uint64_t frame) {
     if (from_listeners_) return;  // the emitting end does not change
-    const bool changed = std::any_of(status_.begin(), status_.end(),
-                                     [](const EmitterStatus& end) { return end.changed; });
+    const bool changed =
+        std::any_of(ends_.begin(), ends_.end(), [](const End& end) { return end.status.changed; });
     if (changed || scene_moved_recently(frame)) {
         row_pool_->reserve(0, 0, kReserved_bytes);
         return;
@@ -69,7 +75,7 @@ void PatchPropagation::reserve_rows(std::uint64_t frame) {
     std::size_t used_by_listeners = 0;
     std::size_t most = 0;
     for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const std::size_t rows = caches_[id].allocated_rows();
+        const std::size_t rows = ends_[id].cache.allocated_rows();
         used += rows;
         if (id >= source_count_) used_by_listeners += rows;
         most = std::max(most, rows);
