@@ -223,7 +223,8 @@ void EditorPanel::draw_rooms() {
     ImGui::TextUnformatted(file.empty() ? "the default room" : file.c_str());
     ImGui::SameLine();
     if (ImGui::SmallButton(browsed_ ? "close" : "open...")) {
-        const char* const home = std::getenv("HOME");
+        const char* home = std::getenv("HOME");
+        if (home == nullptr) home = std::getenv("USERPROFILE");  // of Windows
         const fs::path folder = shown_.files.scene.parent_path();
         if (browsed_)
             browsed_.reset();
