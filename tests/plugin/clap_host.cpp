@@ -87,6 +87,9 @@ const void* ClapHost::host_extension(const clap_host_t*, const char* id) {
         [](const clap_host_t*, clap_param_rescan_flags) {},
         [](const clap_host_t*, clap_id, clap_param_clear_flags) {},
         [](const clap_host_t* host) { host_of(host).wants_flush_ = true; }};
+    static const clap_host_state_t kState{
+        [](const clap_host_t* host) { ++host_of(host).state_changes_; }};
+    if (std::strcmp(id, CLAP_EXT_STATE) == 0) return &kState;
     if (std::strcmp(id, CLAP_EXT_TIMER_SUPPORT) == 0) return &kTimers;
     if (std::strcmp(id, CLAP_EXT_PARAMS) == 0) return &kParameters;
     if (std::strcmp(id, CLAP_EXT_THREAD_CHECK) == 0) return &kThreads;

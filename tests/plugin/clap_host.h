@@ -78,6 +78,9 @@ class ClapHost {
     void tick();
     /// While not active: changes a parameter.
     void flush(plugin::Control control, double value);
+    /// How often the plugin has marked its state as changed.
+    int state_changes() const { return state_changes_; }
+
     bool has_timer() const { return timer_ != CLAP_INVALID_ID; }
 
     /// State in parts of `part` bytes; empty if it cannot be saved.
@@ -113,6 +116,7 @@ class ClapHost {
     std::atomic<bool> wants_callback_ = false;
     std::atomic<bool> wants_flush_ = false;
     clap_id timer_ = CLAP_INVALID_ID;
+    int state_changes_ = 0;
     std::vector<Edit> edits_;
 
     mutable std::mutex mutex_;  ///< of what follows

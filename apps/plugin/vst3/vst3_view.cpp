@@ -178,4 +178,15 @@ void Vst3View::change(Control control, float value) {
                                           to_normalised(control, instance().parameter(control)));
 }
 
+/// The scene is no parameter: the host is told that its project has changed.
+void Vst3View::choose_scene(const std::filesystem::path& file) {
+    instance().choose_scene(file);
+    v3_component_handler2** marks = nullptr;
+    if (plugin_.handler() == nullptr ||
+        v3_cpp_obj_query_interface(plugin_.handler(), v3_component_handler2_iid, &marks) != V3_OK)
+        return;
+    v3_cpp_obj(marks)->set_dirty(marks, true);
+    v3_cpp_obj_unref(marks);
+}
+
 }  // namespace aula::plugin

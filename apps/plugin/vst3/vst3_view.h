@@ -42,7 +42,7 @@ class Vst3View final : public EditorHost {
     void begin_change(Control control) override;
     void end_change(Control control) override;
     void change(Control control, float value) override;
-    void choose_scene(const std::filesystem::path& file) override { instance().choose_scene(file); }
+    void choose_scene(const std::filesystem::path& file) override;
 
  private:
     /// What a host sees: the address of the functions first.

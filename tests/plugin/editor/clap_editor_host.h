@@ -53,6 +53,7 @@ class ClapEditorHost final : public EditorFormat {
     int gestures() const override {
         return count(CLAP_EVENT_PARAM_GESTURE_BEGIN) - count(CLAP_EVENT_PARAM_GESTURE_END);
     }
+    int told_changes() const override { return host_.state_changes(); }
     int ended_gestures() const override { return count(CLAP_EVENT_PARAM_GESTURE_END); }
 
  private:

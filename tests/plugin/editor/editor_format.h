@@ -28,6 +28,9 @@ class EditorFormat {
     /// Gestures that have begun and not ended, and that have ended.
     virtual int gestures() const = 0;
     virtual int ended_gestures() const = 0;
+
+    /// How often the host has been told that its project has changed beside the controls.
+    virtual int told_changes() const { return 0; }
 };
 
 }  // namespace aula::test

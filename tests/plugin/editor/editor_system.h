@@ -16,6 +16,9 @@ bool has_display();
 std::vector<std::string> editor_formats();
 std::unique_ptr<EditorFormat> editor_host(const std::string& format);
 
+/// The folder in which an editor opens files first.
+void set_home(const std::string& folder);
+
 /// What the process holds.
 struct HeldResources {
     double memory_mb = 0;

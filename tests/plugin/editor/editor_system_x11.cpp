@@ -39,6 +39,8 @@ std::unique_ptr<EditorFormat> editor_host(const std::string& format) {
     return std::make_unique<Lv2EditorHost>();
 }
 
+void set_home(const std::string& folder) { setenv("HOME", folder.c_str(), 1); }
+
 HeldResources held_resources() {
     std::ifstream file("/proc/self/statm");
     double pages = 0;

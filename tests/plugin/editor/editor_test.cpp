@@ -9,6 +9,7 @@
 #include "tests/plugin/editor/clap_editor_host.h"
 #include "tests/plugin/editor/editor_system.h"
 #include "tests/plugin/editor/host_window.h"
+#include "tests/support/temporary_folder.h"
 
 namespace editor_test {
 
@@ -21,6 +22,7 @@ using plugin::Control;
 constexpr std::array<int, 3> kSource{255, 153, 38};
 constexpr unsigned kWidth = 760;
 constexpr unsigned kHeight = 480;
+constexpr int kSidePanelX = 474;  ///< of the editor's first size
 
 /// Calls the timers until a condition holds, for at most a minute.
 bool idle_until(EditorFormat& host, const std::function<bool()>& holds) {
@@ -51,6 +53,15 @@ void drag(EditorFormat& host, Pixel from, Pixel to) {
     HostWindow::move_mouse({(from.x + to.x) / 2, (from.y + to.y) / 2});
     settle(host);
     HostWindow::move_mouse(to);
+    settle(host);
+    HostWindow::press(false);
+    settle(host);
+}
+
+void click(EditorFormat& host, Pixel at) {
+    HostWindow::move_mouse(at);
+    settle(host);
+    HostWindow::press(true);
     settle(host);
     HostWindow::press(false);
     settle(host);
@@ -115,26 +126,43 @@ TEST_CASE("Two editors are open at once, and only that under the mouse follows i
     CHECK(window.mark(kSource));
 }
 
+TEST_CASE("An editor chooses a scene file, of which the host's project is told") {
+    if (!has_display()) return;
+    const std::string format = GENERATE("CLAP", "VST3");
+    CAPTURE(format);
+    const TemporaryFolder home;
+    home.write("only.json", R"({"aula": 1, "sources": [{"position": [2, 1, 1.5]}],
+                                "listener": {"position": [0, 0, 1.5]}})");
+    set_home(home.path().string());
+    const HostWindow window(kWidth, kHeight);
+    const auto host = editor_host(format);
+    REQUIRE(host->open(window.number()));
+    REQUIRE(idle_until(*host, [&] { return window.mark(kSource).has_value(); }));
+    const std::optional<Pixel> before = window.mark(kSource);
+    // "open...", after "the default room"; then the line after "..".
+    click(*host, {kSidePanelX + 140, 36});
+    click(*host, {kSidePanelX + 40, 78});
+    CHECK(host->told_changes() == 1);
+    CHECK(host->gestures() == 0);
+    CHECK(idle_until(*host, [&] {
+        const auto mark = window.mark(kSource);
+        return mark && mark->x != before->x;
+    }));
+    host->close();
+}
+
 TEST_CASE("An editor chooses a room that ships") {
     if (!has_display()) return;
     const HostWindow window(kWidth, kHeight);
     ClapEditorHost host;
     REQUIRE(host.open(window.number()));
     REQUIRE(idle_until(host, [&] { return window.mark(kSource).has_value(); }));
-    const auto click = [&](Pixel at) {
-        HostWindow::move_mouse(at);
-        settle(host);
-        HostWindow::press(true);
-        settle(host);
-        HostWindow::press(false);
-        settle(host);
-    };
     // The list at the upper right, and the third of its lines.
     const auto [width, height] = host.size();
     REQUIRE(width <= kWidth);
     REQUIRE(height <= kHeight);
-    click({static_cast<int>(width) - 60, 16});
-    click({static_cast<int>(width) - 100, 75});
+    click(host, {static_cast<int>(width) - 60, 16});
+    click(host, {static_cast<int>(width) - 100, 75});
     CHECK(host.get(Control::room) > 0);
     CHECK(host.gestures() == 0);
 }

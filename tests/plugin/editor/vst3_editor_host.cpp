@@ -18,9 +18,10 @@ double plain(const Vst3Host& host, plugin::Control control, double normalised) {
 }  // namespace
 
 v3_result Vst3EditorHost::query(void* self, const v3_tuid id, void** found) {
-    const bool is_loop = v3_tuid_match(id, v3_run_loop_iid);
-    *found = is_loop ? &of(self).loop_ : nullptr;
-    return is_loop ? V3_OK : V3_NO_INTERFACE;
+    *found = nullptr;
+    if (v3_tuid_match(id, v3_run_loop_iid)) *found = &of(self).loop_;
+    if (v3_tuid_match(id, v3_component_handler2_iid)) *found = &of(self).marks_;
+    return *found != nullptr ? V3_OK : V3_NO_INTERFACE;
 }
 
 const Vst3EditorHost::HandlerFunctions& Vst3EditorHost::handler_functions() {
@@ -41,6 +42,22 @@ const Vst3EditorHost::HandlerFunctions& Vst3EditorHost::handler_functions() {
                       return V3_OK;
                   },
                   [](void*, std::int32_t) -> v3_result { return V3_OK; }};
+        return f;
+    }();
+    return functions;
+}
+
+const Vst3EditorHost::MarkFunctions& Vst3EditorHost::mark_functions() {
+    static const MarkFunctions functions = [] {
+        MarkFunctions f{};
+        static_cast<v3_funknown&>(f) = {query, count, count};
+        f.marks = {[](void* self, v3_bool is_changed) -> v3_result {
+                       if (is_changed != 0) ++of(self).told_changes_;
+                       return V3_OK;
+                   },
+                   [](void*, const char*) -> v3_result { return V3_OK; },
+                   [](void*) -> v3_result { return V3_OK; },
+                   [](void*) -> v3_result { return V3_OK; }};
         return f;
     }();
     return functions;
@@ -77,6 +94,7 @@ const v3_run_loop_cpp& Vst3EditorHost::loop_functions() {
 
 Vst3EditorHost::Vst3EditorHost()
     : handler_{&handler_functions(), this},
+      marks_{&mark_functions(), this},
       frame_{&frame_functions(), this},
       loop_{&loop_functions(), this},
       host_("aula.room.binaural") {

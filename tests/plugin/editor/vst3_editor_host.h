@@ -23,6 +23,7 @@ class Vst3EditorHost final : public EditorFormat {
     double told(plugin::Control control) const override;
     int gestures() const override { return begun_ - ended_; }
     int ended_gestures() const override { return ended_; }
+    int told_changes() const override { return told_changes_; }
 
  private:
     struct Interface {
@@ -36,10 +37,15 @@ class Vst3EditorHost final : public EditorFormat {
         v3_component_handler comp;
     };
     static const HandlerFunctions& handler_functions();
+    struct MarkFunctions : v3_funknown {
+        v3_component_handler2 marks;
+    };
+    static const MarkFunctions& mark_functions();
     static const v3_plugin_frame_cpp& frame_functions();
     static const v3_run_loop_cpp& loop_functions();
 
     Interface handler_;
+    Interface marks_;
     Interface frame_;
     Interface loop_;
     Vst3Host host_;
@@ -48,6 +54,7 @@ class Vst3EditorHost final : public EditorFormat {
     std::array<double, plugin::kControls> told_{};
     int begun_ = 0;
     int ended_ = 0;
+    int told_changes_ = 0;
 };
 
 }  // namespace aula::test
