@@ -117,7 +117,7 @@ void PatchPropagation::restart() {
 void PatchPropagation::add_source(std::size_t id, const Vec3& position,
                                   const OrientedDirectivity& directivity) {
     const auto index = static_cast<std::ptrdiff_t>(source_count_);
-    const bool has_frames = ends_.back().state.has_value();  // there is a listener
+    const bool has_frames = !ends_.empty() && ends_.back().state;
     ++source_count_;
     End& source = *ends_.insert(ends_.begin() + index, make_end(id, false));
     if (has_frames) {
@@ -137,10 +137,10 @@ void PatchPropagation::remove_source(std::size_t source) {
     divide_segments();
 }
 
-Emitter PatchPropagation::emitter(std::size_t id, const PropagationFrame& frame) const {
-    if (id < source_count_)
-        return {ends_[id].id, frame.input.sources[id], false, frame.directivities[id]};
-    return {ends_[id].id, frame.input.listeners[id - source_count_], true};
+Emitter PatchPropagation::emitter(std::size_t e, const PropagationFrame& frame) const {
+    if (e < source_count_)
+        return {ends_[e].id, frame.input.sources[e], false, frame.directivities[e]};
+    return {ends_[e].id, frame.input.listeners[e - source_count_], true};
 }
 
 /// Removes what is invalid since the last frame.
@@ -173,7 +173,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         end.state = now;
     }
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        const auto [source, listener] = ends(i);
+        const auto [source, listener] = ends_of(i);
         pairs_[i].begin_frame(moved_m[source] + moved_m[listener]);
     }
 }
@@ -201,14 +201,14 @@ std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> s
 void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<int>& batches,
                              FrameStatistics& statistics) {
     std::vector<std::pair<std::size_t, int>> jobs;
-    for (std::size_t id = 0; id < emitter_count(); ++id)
-        for (int b = 0; b < batches[id]; ++b) jobs.emplace_back(id, b);
+    for (std::size_t e = 0; e < emitter_count(); ++e)
+        for (int b = 0; b < batches[e]; ++b) jobs.emplace_back(e, b);
     const auto kept = static_cast<std::size_t>(kKeptBatches * tracer_.batch_count());
     batches_.resize(std::max(jobs.size(), std::min(batches_.size(), kept)));
     workers_.run(jobs.size(), [&](std::size_t job) {
-        const auto [id, b] = jobs[job];
+        const auto [e, b] = jobs[job];
         batches_[job].clear();
-        tracer_.trace(emitter(id, frame), frame.seed, b, batches_[job]);
+        tracer_.trace(emitter(e, frame), frame.seed, b, batches_[job]);
     });
     for (const DepositBatch& batch : std::span(batches_).first(jobs.size()))
         statistics.segments += batch.segment_count;
@@ -218,17 +218,17 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
 void PatchPropagation::update(const std::vector<int>& batches) {
     std::vector<std::function<void()>> jobs;
     std::span<DepositBatch> left(batches_);
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        if (batches[id] == 0) continue;
-        const auto count = static_cast<std::size_t>(batches[id]);
+    for (std::size_t e = 0; e < emitter_count(); ++e) {
+        if (batches[e] == 0) continue;
+        const auto count = static_cast<std::size_t>(batches[e]);
         const std::span<DepositBatch> traced = left.first(count);
         left = left.subspan(count);
-        const int rays = tracer_.rays_of(batches[id]);
-        jobs.emplace_back([this, id, traced, rays] {
+        const int rays = tracer_.rays_of(batches[e]);
+        jobs.emplace_back([this, e, traced, rays] {
             size_spheres(traced);
-            ends_[id].segments.add(traced, rays);
+            ends_[e].segments.add(traced, rays);
         });
-        PatchCache& cache = ends_[id].cache;
+        PatchCache& cache = ends_[e].cache;
         if (cache.complete()) continue;
         cache.begin_add(rays, grid_.size());
         for (std::size_t part = 0; part < DepositParts::kCount; ++part)
@@ -237,6 +237,7 @@ void PatchPropagation::update(const std::vector<int>& batches) {
     workers_.run(jobs);
 }
 
+/// The status of each emitter.
 std::vector<EmitterStatus> PatchPropagation::status() const {
     std::vector<EmitterStatus> status;
     for (const End& end : ends_) status.push_back(end.status);
@@ -255,7 +256,7 @@ std::vector<PairStatus> PatchPropagation::pair_status() const {
     std::vector<PairStatus> pairs;
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
         const PairResponse& pair = pairs_[i];
-        const auto [source, listener] = ends(i);
+        const auto [source, listener] = ends_of(i);
         pairs.push_back({source, listener, pair.frames(), pair.holds(window_frames_),
                          ends_[source].status.changed && pair.frames() >= window_frames_});
     }
@@ -311,15 +312,15 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
                                            FrameStatistics& statistics) {
     std::deque<FinalGather> gathers;
     GatheredEnergies energies;
-    for (std::size_t id = first; id < end; ++id) {
-        if (plan.at[id].pairs.empty()) continue;
-        const Emitter receiver = emitter(id, frame);
+    for (std::size_t e = first; e < end; ++e) {
+        if (plan.at[e].pairs.empty()) continue;
+        const Emitter receiver = emitter(e, frame);
         FinalGather& gather = gathers.emplace_back(
-            scene_, grid_, receiver, gather_settings(plan.at[id].rays), gather_seed(frame, id));
+            scene_, grid_, receiver, gather_settings(plan.at[e].rays), gather_seed(frame, e));
         for (std::size_t batch = 0; batch < gather.batch_count(); ++batch)
             jobs.emplace_back([&gather, batch] { gather.trace(batch); });
-        for (const std::size_t i : plan.at[id].pairs) {
-            const auto [source, listener] = ends(i);
+        for (const std::size_t i : plan.at[e].pairs) {
+            const auto [source, listener] = ends_of(i);
             const GatherPlan::Shares& shares = plan.shares[i];
             GatheredEnergy& energy = energies.try_emplace(i, pairs_[i].gathered()).first->second;
             energy.add(gather.hits(), ends_[receiver.is_listener ? source : listener].cache,
@@ -333,8 +334,8 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
 
 /// Detects the segments of a pair's ends.
 void PatchPropagation::detect(std::size_t i) {
-    const End& source = ends_[ends(i).source];
-    const End& listener = ends_[ends(i).listener];
+    const End& source = ends_[ends_of(i).source];
+    const End& listener = ends_[ends_of(i).listener];
     pairs_[i].detect(scene_, source.segments, listener.receiver, listener.segments, source.receiver,
                      source.directivity);
 }
@@ -344,7 +345,7 @@ void PatchPropagation::detect(std::size_t i) {
 void PatchPropagation::complete_pair(std::size_t i, bool gathered, const SpecularSound& images,
                                      EnergyResponse& response) {
     PairResponse& pair = pairs_[i];
-    const auto [source, listener] = ends(i);
+    const auto [source, listener] = ends_of(i);
     if (gathered) pair.end_gather(ends_[source].cache.emitted() + ends_[listener].cache.emitted());
     if (!gathered && !mirrors_) return;
     response.energy = pair.response().energy;
@@ -431,22 +432,22 @@ std::vector<Ray> PatchPropagation::rays(const PropagationFrame& frame) const {
     };
     std::vector<std::uint64_t> rays_held = emitted();
     std::vector<EmitterStatus> unchanged(emitter_count());
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        unchanged[id] = {false, ends_[id].cache.complete(), rays_held[id]};
+    for (std::size_t e = 0; e < emitter_count(); ++e) {
+        unchanged[e] = {false, ends_[e].cache.complete(), rays_held[e]};
     }
     const std::vector<int> batches = plan_batches(unchanged, frame.number);
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        for (int b = 0; b < batches[id]; ++b) {
-            append(tracer_.rays(emitter(id, frame), frame.seed, b));
+    for (std::size_t e = 0; e < emitter_count(); ++e) {
+        for (int b = 0; b < batches[e]; ++b) {
+            append(tracer_.rays(emitter(e, frame), frame.seed, b));
         }
-        rays_held[id] += static_cast<std::uint64_t>(tracer_.rays_of(batches[id]));
+        rays_held[e] += static_cast<std::uint64_t>(tracer_.rays_of(batches[e]));
     }
     const GatherPlan plan =
         plan_gather(frame.number, pairs_to_gather(pair_status(), frame.number), rays_held);
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        if (plan.at[id].pairs.empty()) continue;
-        append(FinalGather(scene_, grid_, emitter(id, frame), gather_settings(plan.at[id].rays),
-                           gather_seed(frame, id))
+    for (std::size_t e = 0; e < emitter_count(); ++e) {
+        if (plan.at[e].pairs.empty()) continue;
+        append(FinalGather(scene_, grid_, emitter(e, frame), gather_settings(plan.at[e].rays),
+                           gather_seed(frame, e))
                    .rays());
     }
     return all;

@@ -77,12 +77,12 @@ class PatchPropagation final : public ResponseEstimator {
         std::optional<SegmentCache::State> state;  ///< in the last frame
         Receiver receiver;
         // Of sources.
-        OrientedDirectivity directivity;  ///< in the last frame
-        double turned_m = 0;              ///< see OrientedDirectivity::turned_m
+        OrientedDirectivity directivity{};  ///< in the last frame
+        double turned_m = 0;                ///< see OrientedDirectivity::turned_m
     };
 
     /// The ends of a pair, by their index.
-    struct Ends {
+    struct PairEnds {
         std::size_t source = 0;
         std::size_t listener = 0;
     };
@@ -91,7 +91,7 @@ class PatchPropagation final : public ResponseEstimator {
     void clear_caches();
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
-    Ends ends(std::size_t pair) const {
+    PairEnds ends_of(std::size_t pair) const {
         return {pair / listener_count_, source_count_ + pair % listener_count_};
     }
     std::size_t max_segments(bool directed) const;
@@ -100,7 +100,7 @@ class PatchPropagation final : public ResponseEstimator {
     PairResponse silent_pair() const;
     void reserve_rows(std::uint64_t frame);
     End make_end(std::size_t id, bool directed) const;
-    Emitter emitter(std::size_t id, const PropagationFrame& frame) const;
+    Emitter emitter(std::size_t e, const PropagationFrame& frame) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status, std::uint64_t frame) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,

@@ -51,8 +51,8 @@ PatchPropagation::End PatchPropagation::make_end(std::size_t id, bool directed) 
 
 /// Divides the segments among the emitters after their number has changed.
 void PatchPropagation::divide_segments() {
-    for (std::size_t id = 0; id < emitter_count(); ++id)
-        ends_[id].segments.set_bounds(max_segments(id >= source_count_), segment_bytes());
+    for (std::size_t e = 0; e < emitter_count(); ++e)
+        ends_[e].segments.set_bounds(max_segments(e >= source_count_), segment_bytes());
 }
 
 /// Maps the rows of a listener beside those of a source.
@@ -74,10 +74,10 @@ void PatchPropagation::reserve_rows(std::uint64_t frame) {
     std::size_t used = 0;
     std::size_t used_by_listeners = 0;
     std::size_t most = 0;
-    for (std::size_t id = 0; id < emitter_count(); ++id) {
-        const std::size_t rows = ends_[id].cache.allocated_rows();
+    for (std::size_t e = 0; e < emitter_count(); ++e) {
+        const std::size_t rows = ends_[e].cache.allocated_rows();
         used += rows;
-        if (id >= source_count_) used_by_listeners += rows;
+        if (e >= source_count_) used_by_listeners += rows;
         most = std::max(most, rows);
     }
     // No more than the rows of all emitters, which the limit of the memory allows. A cache can have

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/drawing/plan_drawing.h"
+#include "apps/plugin/editor/window_system.h"
 #include "apps/plugin/presets.h"
 #include "apps/session/base/formatted.h"
 
@@ -223,13 +224,12 @@ void EditorPanel::draw_rooms() {
     ImGui::TextUnformatted(file.empty() ? "the default room" : file.c_str());
     ImGui::SameLine();
     if (ImGui::SmallButton(browsed_ ? "close" : "open...")) {
-        const char* home = std::getenv("HOME");
-        if (home == nullptr) home = std::getenv("USERPROFILE");  // of Windows
         const fs::path folder = shown_.files.scene.parent_path();
+        const fs::path home = home_folder();
         if (browsed_)
             browsed_.reset();
         else
-            browsed_ = !folder.empty() ? folder : fs::path(home != nullptr ? home : "/");
+            browsed_ = !folder.empty() ? folder : !home.empty() ? home : fs::path("/");
     }
     if (browsed_) draw_files();
 }

@@ -1,4 +1,4 @@
-// The editor of a build without pugl, Dear ImGui, epoxy or X11.
+// The editor of a build without pugl, Dear ImGui or what the window system needs.
 
 #include "apps/plugin/editor/plugin_editor.h"
 #include "aula/exception.h"

@@ -11,6 +11,7 @@ extern "C" {
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 
 #include "apps/drawing/input_events.h"
@@ -155,7 +156,7 @@ PluginEditor::PluginEditor(EditorHost& host) : state_(std::make_unique<State>(ho
     State& s = *state_;
     s.world = puglNewWorld(PUGL_MODULE, 0);
     if (s.world == nullptr) throw Failure("the editor cannot be opened: there is no display");
-    puglSetClassName(s.world, "Aula");
+    puglSetClassName(s.world, window_class().c_str());
     s.view = puglNewView(s.world);
     s.scale = static_cast<float>(puglGetScaleFactor(s.view));
     s.size = scaled(kFirst, s.scale);
@@ -168,7 +169,12 @@ PluginEditor::PluginEditor(EditorHost& host) : state_(std::make_unique<State>(ho
     ImGui::SetCurrentContext(before);
     puglSetHandle(s.view, &s);
     puglSetEventFunc(s.view, [](PuglView* view, const PuglEvent* event) {
-        return static_cast<State*>(puglGetHandle(view))->handle(*event);
+        try {
+            return static_cast<State*>(puglGetHandle(view))->handle(*event);
+        } catch (const std::exception&) {
+            // Of the file system, while folders are listed. pugl is C.
+            return PUGL_FAILURE;
+        }
     });
     puglSetBackend(s.view, puglGlBackend());
     puglSetViewHint(s.view, PUGL_CONTEXT_VERSION_MAJOR, kVersion / 10);
@@ -183,7 +189,7 @@ PluginEditor::PluginEditor(EditorHost& host) : state_(std::make_unique<State>(ho
 
 PluginEditor::~PluginEditor() {
     State& s = *state_;
-    const IgnoredErrors ignored;
+    const HostGuard guard;
     puglFreeView(s.view);
     ImGui::SetCurrentContext(s.context);
     s.destroy();  // if the window was already gone
@@ -200,35 +206,36 @@ EditorSize PluginEditor::allowed(EditorSize wanted) const {
 }
 
 void PluginEditor::resize(EditorSize size) {
-    const IgnoredErrors ignored;
+    const HostGuard guard;
     state_->size = allowed(size);
     puglSetSize(state_->view, state_->size.width, state_->size.height);
 }
 
 void PluginEditor::open(std::uintptr_t parent) {
-    const IgnoredErrors ignored;
+    const HostGuard guard;
     State& s = *state_;
     puglSetParentWindow(s.view, parent);
     puglSetSize(s.view, s.size.width, s.size.height);
     if (puglRealize(s.view) != PUGL_SUCCESS || !s.has_opengl)
         throw Failure("the editor cannot be opened: OpenGL 3.3 is needed");
-    if (kWindowSystem.has_timers) puglStartTimer(s.view, 0, 1e-3 * kPeriod_ms);
+    if (kWindowSystem.has_timers && puglStartTimer(s.view, 0, 1e-3 * kPeriod_ms) != PUGL_SUCCESS)
+        throw Failure("the editor cannot be opened: Windows has no timer for it");
 }
 
 std::uintptr_t PluginEditor::window() const { return puglGetNativeView(state_->view); }
 
 void PluginEditor::show() {
-    const IgnoredErrors ignored;
+    const HostGuard guard;
     puglShow(state_->view);
 }
 
 void PluginEditor::hide() {
-    const IgnoredErrors ignored;
+    const HostGuard guard;
     puglHide(state_->view);
 }
 
 void PluginEditor::idle() {
-    const IgnoredErrors ignored;
+    const HostGuard guard;
     puglUpdate(state_->world, 0);
 }
 

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <filesystem>
+#include <string>
+
 namespace aula::plugin {
 
-/// What formats call the window system, and what its windows do.
+/// The names of the window system in plugin formats, and what its windows have.
 struct WindowSystem {
     const char* clap_api;
     const char* vst3_platform;
-    /// A window has a timer of its own, which the messages call that a host dispatches: the host
-    /// calls PluginEditor::idle() otherwise.
+    /// Windows have timers of their own. Without them the host calls PluginEditor::idle().
     bool has_timers;
 };
 
@@ -21,6 +23,13 @@ inline constexpr WindowSystem kWindowSystem{"x11", "X11EmbedWindowID", false};
 /// OpenGL; before that nothing else may be called.
 bool opens_display();
 
+/// The name of the class of windows. On Windows it is that of this binary only: the function of a
+/// class is that of the binary that has registered it.
+std::string window_class();
+
+/// The folder of the user, or an empty path.
+std::filesystem::path home_folder();
+
 /// The version of OpenGL of the present context, 10 times the major version and the minor one.
 int opengl_version();
 
@@ -28,16 +37,16 @@ int opengl_version();
 void clear_picture(int width, int height);
 
 /// While alive, errors of the window system do not end the process: a host may have destroyed the
-/// window that an editor is in.
-class IgnoredErrors {
+/// window that an editor is in. The keyboard remains the host's.
+class HostGuard {
  public:
-    IgnoredErrors();
-    ~IgnoredErrors();
-    IgnoredErrors(const IgnoredErrors&) = delete;
-    IgnoredErrors& operator=(const IgnoredErrors&) = delete;
+    HostGuard();
+    ~HostGuard();
+    HostGuard(const HostGuard&) = delete;
+    HostGuard& operator=(const HostGuard&) = delete;
 
  private:
-    void (*previous_)() = nullptr;
+    void* previous_ = nullptr;
 };
 
 }  // namespace aula::plugin

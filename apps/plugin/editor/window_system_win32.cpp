@@ -2,14 +2,28 @@
 
 #include <GL/gl.h>
 
+#include <array>
 #include <cstdio>
+#include <cstdlib>
 
 #include "apps/plugin/editor/window_system.h"
 
 namespace aula::plugin {
 
-// What a system without OpenGL lacks is seen when a window is opened.
+// Opening a window fails on a system without OpenGL 3.3.
 bool opens_display() { return true; }
+
+std::string window_class() {
+    static const char of_this_binary = 0;
+    std::array<char, 32> name;
+    std::snprintf(name.data(), name.size(), "Aula %p", static_cast<const void*>(&of_this_binary));
+    return name.data();
+}
+
+std::filesystem::path home_folder() {
+    const wchar_t* const home = _wgetenv(L"USERPROFILE");
+    return home != nullptr ? home : L"";
+}
 
 int opengl_version() {
     const auto* const text = reinterpret_cast<const char*>(glGetString(GL_VERSION));
@@ -25,8 +39,10 @@ void clear_picture(int width, int height) {
     glClear(GL_COLOR_BUFFER_BIT);
 }
 
-// Windows has none: calls for a window that is gone fail.
-IgnoredErrors::IgnoredErrors() = default;
-IgnoredErrors::~IgnoredErrors() = default;
+// Calls for a window that is gone only fail. A window that is shown takes the keyboard.
+HostGuard::HostGuard() : previous_(GetFocus()) {}
+HostGuard::~HostGuard() {
+    if (GetFocus() != previous_) SetFocus(static_cast<HWND>(previous_));
+}
 
 }  // namespace aula::plugin

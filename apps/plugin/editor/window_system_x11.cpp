@@ -3,6 +3,8 @@
 #include <epoxy/gl.h>
 #include <epoxy/glx.h>
 
+#include <cstdlib>
+
 namespace aula {
 
 /// Xlib, or null where it is missing: then none of its functions may be called.
@@ -19,6 +21,13 @@ bool opens_display() {
     return has_opengl;
 }
 
+std::string window_class() { return "Aula"; }
+
+std::filesystem::path home_folder() {
+    const char* const home = std::getenv("HOME");
+    return home != nullptr ? home : "";
+}
+
 int opengl_version() { return epoxy_gl_version(); }
 
 void clear_picture(int width, int height) {
@@ -29,11 +38,11 @@ void clear_picture(int width, int height) {
 
 // Those of a connection arrive while its owner calls Xlib: the handler sees no others than those of
 // the editor, but for other threads.
-IgnoredErrors::IgnoredErrors()
-    : previous_(reinterpret_cast<void (*)()>(
-          XSetErrorHandler([](::Display*, XErrorEvent*) { return 0; }))) {}
+HostGuard::HostGuard()
+    : previous_(
+          reinterpret_cast<void*>(XSetErrorHandler([](::Display*, XErrorEvent*) { return 0; }))) {}
 
-IgnoredErrors::~IgnoredErrors() { XSetErrorHandler(reinterpret_cast<XErrorHandler>(previous_)); }
+HostGuard::~HostGuard() { XSetErrorHandler(reinterpret_cast<XErrorHandler>(previous_)); }
 
 }  // namespace plugin
 

@@ -23,7 +23,7 @@ class BoxImages {
 
     /// Of a pair, and of all pairs if a pair has more. Beyond these a response of many takes longer
     /// than by rays, and a single one longer than 4 s of a core, of 16 channels 8 s. A single
-    /// response may thus last 0.9 s in 10 m3 and 2.1 s in 100 m3.
+    /// response may thus last 1.0 s in 10 m3 and 2.1 s in 100 m3.
     static constexpr double kMostImages = 4e6;
     static constexpr double kMostOfAllPairs = 1.6e7;
 

@@ -18,7 +18,7 @@ std::unique_ptr<EditorFormat> editor_host(const std::string& format) {
     return std::make_unique<Vst3EditorHost>();
 }
 
-void set_home(const std::string& folder) { _putenv_s("HOME", folder.c_str()); }
+void set_home(const std::string& folder) { _putenv_s("USERPROFILE", folder.c_str()); }
 
 HeldResources held_resources() {
     HeldResources held;

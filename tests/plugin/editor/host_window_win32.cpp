@@ -40,12 +40,12 @@ HostWindow::~HostWindow() {
 std::vector<std::uint32_t> HostWindow::pixels() const {
     const auto screen = static_cast<HDC>(display_);
     BITMAPINFO format{};
-    format.bmiHeader = {.biSize = sizeof(format.bmiHeader),
-                        .biWidth = static_cast<LONG>(width_),
-                        .biHeight = -static_cast<LONG>(height_),  // the upper row first
-                        .biPlanes = 1,
-                        .biBitCount = 32,
-                        .biCompression = BI_RGB};
+    format.bmiHeader.biSize = sizeof(format.bmiHeader);
+    format.bmiHeader.biWidth = static_cast<LONG>(width_);
+    format.bmiHeader.biHeight = -static_cast<LONG>(height_);  // the upper row first
+    format.bmiHeader.biPlanes = 1;
+    format.bmiHeader.biBitCount = 32;
+    format.bmiHeader.biCompression = BI_RGB;
     void* shades = nullptr;
     HDC picture = CreateCompatibleDC(screen);
     HBITMAP bitmap = CreateDIBSection(screen, &format, DIB_RGB_COLORS, &shades, nullptr, 0);
