@@ -8,8 +8,6 @@
 
 namespace aula {
 
-namespace {}  // namespace
-
 double mirrored_pressure(const Material& material, std::size_t band) {
     return std::sqrt(double{1 - material.absorption[band]} * double{1 - material.scattering[band]});
 }
