@@ -342,7 +342,8 @@ TEST_CASE("Groups with different scenes do not mix, and a missing scene is the d
     const auto missing = make_host(1);
     missing->restore(state_with(gone));
     missing->activate();
-    // It has joined the default room, whose modes may have been found meanwhile by a thread that ends.
+    // It has joined the default room, whose modes may have been found meanwhile by a thread that
+    // ends.
     CHECK(thread_count() <= threads);
     CHECK(late_peak(*missing) > 1e-5F);
     CHECK(play_until({missing.get()},
