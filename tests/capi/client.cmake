@@ -1,5 +1,5 @@
 # cmake -DCASE=.. -DBUILD=.. -DSOURCE=.. -DWORK=.. -DLIBDIR=.. -DCC=.. -DSANITIZE=.. -DVALGRIND=..
-# -DABIDIFF=.. -P client.cmake: a test of the installed C interface.
+# -DABIDIFF=.. -DMINIAUDIO=.. -P client.cmake: a test of the installed C interface.
 set(prefix "${WORK}/prefix")
 set(library "${prefix}/${LIBDIR}/libaula.so.0")
 set(ENV{LD_LIBRARY_PATH} "${prefix}/${LIBDIR}")
@@ -8,7 +8,8 @@ function(run)
     execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# A C99 program WORK/NAME, compiled by the line that docs/c_api.md gives.
+# A C99 program WORK/NAME, compiled by the line that docs/c_api.md or the program gives; with further
+# libraries.
 function(compile name source packages)
     execute_process(COMMAND pkg-config --cflags --libs ${packages} OUTPUT_VARIABLE flags
                     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
@@ -16,7 +17,48 @@ function(compile name source packages)
     if(SANITIZE)
         list(APPEND flags "-fsanitize=${SANITIZE}")
     endif()
-    run("${CC}" -std=c99 -Wall -Wextra -pedantic -Werror -g "${source}" ${flags} -o "${WORK}/${name}")
+    run("${CC}" -std=c99 -Wall -Wextra -pedantic -Werror -g "${source}" ${flags} ${ARGN}
+        -o "${WORK}/${name}")
+endfunction()
+
+# The largest magnitude of the 32-bit floats in the last `bytes` of a file: half of it, it, twice it.
+function(find_peak file bytes result)
+    execute_process(COMMAND tail -c ${bytes} "${file}" COMMAND od -An -v -t f4 -w4
+                    COMMAND awk "{x = $1 < 0 ? -$1 : $1; if (x > m) m = x}
+                                 END {printf \"%.2f;%.2f;%.2f\", m / 2, m, 2 * m}"
+                    OUTPUT_VARIABLE peaks COMMAND_ERROR_IS_FATAL ANY)
+    set(${result} "${peaks}" PARENT_SCOPE)
+endfunction()
+
+# Runs apps/examples/NAME.c, and checks its line and its errors. PEAK: the level that it says it has
+# played. It is that of `aula --offline`, within 6 dB; by the distances of the walk, within 2 dB.
+function(walk name)
+    set(sound "${SOURCE}/scenes/sounds/speech_man.wav")
+    file(WRITE "${WORK}/walk.json" "{\"aula\": 1,
+        \"geometry\": [{\"box\": [6, 5, 3], \"material\": \"brick\"}],
+        \"sources\": [{\"position\": [2, 2, 1.5], \"signal\": \"${sound}\", \"loop\": true,
+                       \"gain_db\": -12}],
+        \"listener\": {\"position\": [4.5, 3, 1.7], \"yaw_deg\": 90},
+        \"simulation\": {\"rays\": 100, \"ir_length_s\": 0.5}}")
+    run("${prefix}/bin/aula" "${WORK}/walk.json" --offline "${WORK}/offline.wav" --duration 6)
+    find_peak("${WORK}/offline.wav" 2304000 limits)  # 6 s of 2 channels at 48 kHz
+    list(GET limits 0 low)
+    list(GET limits 2 high)
+    execute_process(COMMAND "${WORK}/${name}" walk.json "${sound}" 4 3 1.7
+                    WORKING_DIRECTORY "${WORK}" COMMAND_ECHO STDOUT OUTPUT_VARIABLE printed
+                    COMMAND_ERROR_IS_FATAL ANY)
+    message(STATUS "${printed}")
+    if(NOT printed MATCHES
+       "^[1-9]\\.[0-9] s, peak ([0-9.]+); [1-9][0-9]* propagation frames, [0-9]+ of them late\n$"
+       OR CMAKE_MATCH_1 LESS low OR CMAKE_MATCH_1 GREATER high)
+        message(FATAL_ERROR "expected a peak of ${low} to ${high}: ${printed}")
+    endif()
+    set(PEAK ${CMAKE_MATCH_1} PARENT_SCOPE)
+    execute_process(COMMAND "${WORK}/${name}" nowhere.json "${sound}" 4 3 1.7
+                    RESULT_VARIABLE status ERROR_VARIABLE message)
+    if(NOT status EQUAL 2 OR NOT message MATCHES "${name}: nowhere.json: no such file[^\n]*\n$")
+        message(FATAL_ERROR "no scene: ${status}, ${message}")
+    endif()
 endfunction()
 
 if(CASE STREQUAL "compile")
@@ -107,6 +149,36 @@ elseif(CASE STREQUAL "live")
     if(NOT status EQUAL 2 OR NOT message MATCHES "no source \"nobody\"")
         message(FATAL_ERROR "an unknown source: ${status}, ${message}")
     endif()
+
+elseif(CASE STREQUAL "sdl3")
+    execute_process(COMMAND pkg-config --exists sdl3 RESULT_VARIABLE missing)
+    if(missing)
+        message(STATUS "skipped: SDL 3 is missing (libsdl3-dev of Debian 13)")
+        return()
+    endif()
+    compile(sdl3_walk "${SOURCE}/apps/examples/sdl3_walk.c" "aula;sdl3" -lm)
+    set(ENV{SDL_AUDIO_DRIVER} disk)
+    set(ENV{SDL_AUDIO_DISK_OUTPUT_FILE} "${WORK}/sdl3.raw")
+    walk(sdl3_walk)
+    find_peak("${WORK}/sdl3.raw" 2304000 played)
+    list(GET played 1 played)
+    if(NOT played EQUAL PEAK)
+        message(FATAL_ERROR "the device received a peak of ${played}")
+    endif()
+
+elseif(CASE STREQUAL "miniaudio")
+    if(NOT MINIAUDIO)
+        message(STATUS "skipped: miniaudio.h is missing (libminiaudio-dev of Debian 13)")
+        return()
+    endif()
+    compile(miniaudio_walk "${SOURCE}/apps/examples/miniaudio_walk.c" aula -lm -lpthread -ldl)
+    # No server and no device: miniaudio plays to its null device, in real time.
+    file(WRITE "${WORK}/no_device.conf" "")
+    set(ENV{ALSA_CONFIG_PATH} no_device.conf)
+    set(ENV{JACK_NO_START_SERVER} 1)
+    set(ENV{JACK_DEFAULT_SERVER} none)
+    set(ENV{PULSE_SERVER} none)
+    walk(miniaudio_walk)
 
 elseif(CASE STREQUAL "valgrind")
     if(SANITIZE OR NOT VALGRIND)
