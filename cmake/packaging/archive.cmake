@@ -1,7 +1,7 @@
 # cmake -D BUILD=build/release -P cmake/packaging/archive.cmake: writes the archive
 # BUILD/aula-VERSION-linux-PROCESSOR.tar.xz of the program, the LV2 plugins, the C interface, and,
-# if they are built, the CLAP and VST3 plugins, aula~ for Pure Data, the extension of Godot with its
-# demo and the package of Unity, with the libraries that they need. It runs in any folder of a Linux with the C library of the system that it is built on, or a later one.
+# if they are built, the CLAP and VST3 plugins, aula~ for Pure Data, the opcodes of Csound, the
+# extension of Godot with its demo and the package of Unity, with the libraries that they need. It runs in any folder of a Linux with the C library of the system that it is built on, or a later one.
 # Needs Debian's package patchelf, and the targets aula and aula_bundle. BUILD may be build/arm64, of .ci/arm64.
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(BUILD "${BUILD}" ABSOLUTE)
@@ -25,7 +25,7 @@ endfunction()
 # The files of Aula. Of the development files those of the C interface: the static libraries need
 # the development files of other libraries.
 file(REMOVE_RECURSE "${work}")
-foreach(component program c lv2 clap vst3 pd godot unity license)
+foreach(component program c lv2 clap vst3 pd csound godot unity license)
     run("${CMAKE_COMMAND}" --install "${BUILD}" --component ${component} --prefix "${root}" --strip)
 endforeach()
 run("${CMAKE_COMMAND}" --install "${BUILD}" --component dev --prefix "${work}/dev")
@@ -155,6 +155,9 @@ if(EXISTS "${root}/lib/godot")
 endif()
 if(EXISTS "${root}/lib/pd")
     list(APPEND packages puredata-dev)
+endif()
+if(EXISTS "${root}/lib/csound")
+    list(APPEND packages libcsound64-dev)
 endif()
 list(REMOVE_DUPLICATES packages)
 list(SORT packages)

@@ -1,12 +1,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
-#include <cstddef>
-#include <fstream>
 #include <string>
 #include <vector>
 
-#include "tests/plugin/channels.h"
+#include "tests/pd/two_sounds.h"
 #include "tests/plugin/host_commands.h"
 
 // Runs aula~ in Pure Data.
@@ -14,24 +11,6 @@
 namespace {
 
 using namespace aula::test;
-
-/// Compared of what is rendered: half a second.
-constexpr std::size_t kSamples = 24000;
-
-/// Delay of a room on the exact clock, in samples (docs/c_api.md).
-constexpr std::size_t kLatency = 256;
-
-/// Writes a scene with two sources and their sounds.
-void write_scene(const TemporaryFolder& folder) {
-    write_mono(folder.path() / "a.wav", noise(12000, 1));
-    write_mono(folder.path() / "b.wav", noise(18000, 2));
-    folder.write("room.json", R"({"aula": 1,
-        "geometry": [{"box": [6, 5, 3], "material": "brick"}],
-        "sources": [{"name": "voice", "position": [2, 2, 1.5], "signal": "a.wav"},
-                    {"name": "radio", "position": [5, 4, 1], "signal": "b.wav", "gain_db": -3}],
-        "listener": {"position": [4, 2, 1.7], "yaw_deg": 90},
-        "simulation": {"rays": 100, "ir_length_s": 0.5}})");
-}
 
 /// A patch that plays both sounds from its first sample on through an object of two outputs, which
 /// first receives messages, and records 0.6 s of it in out.wav.
@@ -78,63 +57,39 @@ std::string play(const TemporaryFolder& folder, const std::string& text,
     return result.out + result.err;
 }
 
-/// The largest difference of what Pd recorded and `aula --offline` of a scene.
-float difference(const TemporaryFolder& folder, std::size_t channels) {
-    REQUIRE(run_program({AULA_PROGRAM, folder.path() / "room.json", "--offline",
-                         folder.path() / "offline.wav", "--duration", "0.5", "--output",
-                         channels == 2 ? "binaural" : "foa"})
-                .status == 0);
-    const std::vector<float> offline = wav_samples(folder.path() / "offline.wav");
-    const std::vector<float> pd = wav_samples(folder.path() / "out.wav");
-    REQUIRE(offline.size() == kSamples * channels);
-    REQUIRE(pd.size() >= 2 * (kSamples + kLatency));
-    REQUIRE(*std::max_element(offline.begin(), offline.end()) > 0.01F);
-    float largest = 0;
-    for (std::size_t n = 0; n < kSamples; ++n)
-        for (std::size_t c = 0; c < 2; ++c)
-            largest =
-                std::max(largest, std::abs(pd[2 * (n + kLatency) + c] - offline[channels * n + c]));
-    return largest;
-}
-
 }  // namespace
 
 TEST_CASE("aula~ with -exact gives the samples of aula --offline") {
     if (!has("pd")) return;
     const TemporaryFolder folder;
-    write_scene(folder);
+    write_two_sounds(folder);
     CHECK(play(folder, patch("aula~ -exact room.json voice radio")).find("aula~") ==
           std::string::npos);
-    CHECK(difference(folder, 2) < 1e-6F);
+    CHECK(difference_from_offline(folder, 2) < 1e-6F);
     // Without names, all sources of the scene.
     CHECK(play(folder, patch("aula~ -exact room.json")).find("aula~") == std::string::npos);
-    CHECK(difference(folder, 2) < 1e-6F);
+    CHECK(difference_from_offline(folder, 2) < 1e-6F);
     // Inlets in another order, and two of the four channels of ambisonics.
     play(folder, patch("aula~ -foa -exact room.json radio voice"));
-    CHECK(difference(folder, 4) > 1e-3F);
+    CHECK(difference_from_offline(folder, 2, "foa") > 1e-3F);
 }
 
 TEST_CASE("Messages to aula~ move sources and the listener, and set gains") {
     if (!has("pd")) return;
     const TemporaryFolder folder;
-    write_scene(folder);
+    write_two_sounds(folder);
     play(folder, patch("aula~ -exact room.json voice radio",
                        "source voice 1 1.5 1.25 \\, listener 3 2 1.5 45 0 0 \\, gain radio -20"));
-    CHECK(difference(folder, 2) > 1e-3F);
-    folder.write("room.json", R"({"aula": 1,
-        "geometry": [{"box": [6, 5, 3], "material": "brick"}],
-        "sources": [{"name": "voice", "position": [1, 1.5, 1.25], "signal": "a.wav"},
-                    {"name": "radio", "position": [5, 4, 1], "signal": "b.wav", "gain_db": -20}],
-        "listener": {"position": [3, 2, 1.5], "yaw_deg": 45},
-        "simulation": {"rays": 100, "ir_length_s": 0.5}})");
+    CHECK(difference_from_offline(folder, 2) > 1e-3F);
+    write_moved_sounds(folder);
     // The rounding of the angle moves samples by less than the noise of 16 bits.
-    CHECK(difference(folder, 2) < 3e-5F);
+    CHECK(difference_from_offline(folder, 2) < 3e-5F);
 }
 
 TEST_CASE("aula~ plays in real time, and says what it cannot use") {
     if (!has("pd")) return;
     const TemporaryFolder folder;
-    write_scene(folder);
+    write_two_sounds(folder);
     const std::string said =
         play(folder,
              patch("aula~ room.json voice radio",
