@@ -162,10 +162,12 @@ static int begin_aula(CSOUND *csound, opcode_aula *p) {
     if (r->player != NULL && r->player != p)
         return csound->InitError(csound, "another aula plays room %d", r->number);
     if (inputs != r->source_count)
-        return csound->InitError(csound, "%d inputs; expected %d, one for each source of the scene",
-                                 inputs, r->source_count);
+        return csound->InitError(
+            csound, "the number of inputs is %d; expected %d, one for each source of the scene",
+            inputs, r->source_count);
     if (outputs != r->channels)
-        return csound->InitError(csound, "%d outputs; expected %d", outputs, r->channels);
+        return csound->InitError(csound, "the number of outputs is %d; expected %d", outputs,
+                                 r->channels);
     csound->AuxAlloc(csound, (size_t)inputs * sizeof(aula_signal), &p->signals);
     csound->AuxAlloc(csound, (size_t)(inputs + outputs) * CS_KSMPS * sizeof(float), &p->samples);
     r->player = p;
