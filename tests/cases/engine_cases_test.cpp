@@ -2,23 +2,17 @@
 
 #include <catch2/catch.hpp>
 #include <cstdint>
-#include <ctime>
 #include <utility>
 
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "engine/base/sampling.h"
+#include "tests/support/cpu_time.h"
 #include "tests/support/rooms.h"
 
 using namespace aula;
 
 namespace {
-
-double cpu_s() {
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// A box with triangles whose corners are anywhere in it.
 Scene soup(int triangles) {
@@ -43,9 +37,7 @@ double setup_cpu_s(int triangles) {
     Simulation simulation = scene.simulation;
     simulation.ir_length_s = 0.3F;
     simulation.threads = 1;
-    const double begin_s = cpu_s();
-    const Propagation propagation(scene, simulation);
-    return cpu_s() - begin_s;
+    return test::cpu_time_s([&] { const Propagation propagation(scene, simulation); });
 }
 
 }  // namespace

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <ctime>
 #include <string>
+
+#include "tests/support/cpu_time.h"
 
 using namespace aula;
 
@@ -38,9 +39,7 @@ TEST_CASE("The time for a name grows with its length, not with the square of it"
         std::string name;
         for (int i = 0; i < words; ++i) name += "a ";
         name += "haut parleur";
-        const std::clock_t start = std::clock();
-        CHECK(guess_place(name));
-        return double(std::clock() - start);
+        return test::cpu_time_s([&] { CHECK(guess_place(name)); });
     };
     // The ratio is 8 by length and 64 by its square; the lowest of three is that without the
     // processor's other work.

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <ctime>
 #include <functional>
 #include <random>
 
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "tests/engine/scene/damaged_scene.h"
+#include "tests/support/cpu_time.h"
 #include "tests/support/temporary_folder.h"
 
 using aula::test::error_after;
@@ -166,11 +166,7 @@ TEST_CASE(
          {std::function<void(int)>(unknown_keys), std::function<void(int)>(materials),
           std::function<void(int)>(unknown_material), std::function<void(int)>(keys_of_geometry),
           std::function<void(int)>(names)}) {
-        const auto cpu_s = [&](int count) {
-            const std::clock_t start = std::clock();
-            read(count);
-            return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-        };
+        const auto cpu_s = [&](int count) { return test::cpu_time_s([&] { read(count); }); };
         // Ten times the values: linear time is ten times as long, more where they no longer fit in
         // the processor's caches; quadratic time is a hundred times as long.
         CHECK(cpu_s(100'000) < 50 * std::min(cpu_s(10'000), cpu_s(10'000)));

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <ctime>
+
+namespace aula::test {
+
+/// The processor's time that all threads of the process take while `work` runs, in seconds.
+template <typename Work>
+double cpu_time_s(const Work& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+}  // namespace aula::test
