@@ -165,7 +165,7 @@ Pose SceneControls::source_pose(const ControlValues& values, std::size_t source)
     pose.yaw_rad += yaw;
     if (sources_ == 2) {
         const float left_m = source == 0 ? kStereoWidth_m / 2 : -kStereoWidth_m / 2;
-        pose.position += left_m * Vec3(-std::sin(yaw), std::cos(yaw), 0);
+        pose.position += left_m * Vec3(-std::sin(double{yaw}), std::cos(double{yaw}), 0);
     }
     return pose;
 }

@@ -153,9 +153,7 @@ float BandFilterDesigner::design(const std::array<float, 8>& gains, double lengt
         const auto metres = static_cast<float>(air_m);
         for (std::size_t k = 0; k < spectrum_.size(); ++k) spectrum_[k] += metres * air_[k];
     }
-    for (std::complex<float>& bin : spectrum_) {
-        bin = std::polar(std::exp(bin.real()), bin.imag());
-    }
+    for (std::complex<float>& bin : spectrum_) bin = exponential(bin);
     fft_.inverse(spectrum_.data(), signal_.data());
     const float scale = greatest / static_cast<float>(taps());
     for (std::size_t n = 0; n < taps(); ++n) response[n] = scale * signal_[n];

@@ -9,6 +9,12 @@
 
 namespace aula {
 
+/// A value of a spectrum from its logarithm. C libraries round functions of single precision
+/// differently.
+inline std::complex<float> exponential(const std::complex<float>& log_value) {
+    return std::complex<float>(std::exp(std::complex<double>(log_value)));
+}
+
 /// Computes the minimum phase that belongs to a magnitude response. [one thread]
 class MinimumPhase {
  public:

@@ -68,8 +68,8 @@ Place place_of_distance(float distance_m) noexcept {
 }
 
 Place place_of_angle(float cosine) noexcept {
-    const float angle_deg =
-        std::acos(std::clamp(cosine, -1.0F, 1.0F)) * 180 / std::numbers::pi_v<float>;
+    const auto angle_deg = static_cast<float>(std::acos(std::clamp(double{cosine}, -1.0, 1.0)) *
+                                              180 / std::numbers::pi);
     std::size_t i = 0;
     while (i + 2 < kAngles_deg.size() && angle_deg > kAngles_deg[i + 1]) ++i;
     return {i, (angle_deg - kAngles_deg[i]) / (kAngles_deg[i + 1] - kAngles_deg[i])};
@@ -88,7 +88,9 @@ float look_up(const Table& table, const Place& distance, const Place& angle,
     return near + distance.share * (at(distance.index + 1) - near);
 }
 
-float gain_of(float level_db) noexcept { return std::pow(10.0F, level_db / 20); }
+float gain_of(float level_db) noexcept {
+    return static_cast<float>(std::pow(10, double{level_db} / 20));
+}
 
 }  // namespace
 
@@ -105,8 +107,8 @@ HeadShelf HeadShelf::at(float distance_m, float reference_m, float cosine) noexc
 void HeadShelf::apply(double sample_rate_hz, std::span<float> response) const noexcept {
     const float low = gain_of(low_db);
     const float high = gain_of(high_db);
-    const float w = std::tan(std::numbers::pi_v<float> *
-                             std::min(corner_hz / static_cast<float>(sample_rate_hz), 0.45F));
+    const auto w = static_cast<float>(
+        std::tan(std::numbers::pi * std::min(double{corner_hz} / sample_rate_hz, 0.45)));
     const float b0 = (low * w + high) / (w + 1);
     const float b1 = (low * w - high) / (w + 1);
     const float a1 = (w - 1) / (w + 1);

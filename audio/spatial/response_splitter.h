@@ -57,6 +57,7 @@ class ResponseSplitter {
     double low_frequency_lag(const std::array<Spectrum, 2>& ears, double expected_samples);
     void correlate(const Spectrum& first, const Spectrum& second, double band_hz);
     Peak peak_near(double lag_samples, double reach_s, float sign) const;
+    double refined(double lag_samples) const;
 
     double sample_rate_hz_;
     std::size_t taps_;
@@ -66,7 +67,8 @@ class ResponseSplitter {
     AlignedVector<float> signal_;
     std::array<Spectrum, 2> measured_;  ///< of both ears
     std::array<Spectrum, 2> minimum_;   ///< of their minimum-phase versions
-    Spectrum cross_;
+    Spectrum cross_;                    ///< of the correlation
+    std::size_t cross_bins_ = 0;        ///< of its band
     std::vector<std::complex<float>> log_response_;
 };
 

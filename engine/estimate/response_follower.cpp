@@ -72,7 +72,8 @@ float LevelFilters::follow(float error) {
         const Filter& filter = filters_[f];
         // The likelihood of frames_ normally distributed errors over that of the least ones.
         const float ratio = (least + kLeastSquare) / (filter.squared_error + kLeastSquare);
-        const float weight = kPriors[f] * std::pow(ratio, static_cast<float>(frames_) / 2);
+        const float weight =
+            kPriors[f] * static_cast<float>(std::pow(double{ratio}, frames_ / 2.0));
         sum += weight * filter.level;
         weights += weight;
     }

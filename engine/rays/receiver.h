@@ -46,13 +46,13 @@ struct Receiver {
 
     /// 2^(sphere/4)
     static float radius_factor(std::size_t sphere) {
-        return sphere == 0 ? 1 : std::exp2(static_cast<float>(sphere) / 4);
+        return sphere == 0 ? 1 : static_cast<float>(std::exp2(static_cast<double>(sphere) / 4));
     }
 
     /// The largest sphere whose cross-section is at most `growth` >= 1 times that of sphere 0.
     static std::size_t sphere_of(float growth) {
         if (growth < 1.4142135F) return 0;
-        return std::min(static_cast<std::size_t>(2 * std::log2(growth)), kSpheres - 1);
+        return std::min(static_cast<std::size_t>(2 * std::log2(double{growth})), kSpheres - 1);
     }
 
     static constexpr std::array<float, kSpheres> filled(float share) {

@@ -37,18 +37,21 @@ double frequency_hz(std::size_t point) {
 
 Bands levels_of(const Bands& octaves) {
     Bands levels;  // base 2
-    for (std::size_t b = 0; b < kBandCount; ++b) levels[b] = std::log2(octaves[b]);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        levels[b] = static_cast<float>(std::log2(double{octaves[b]}));
     return levels;
 }
 
 /// The mean over a band of an energy whose level, base 2, rises linearly by `rise` and has the
 /// value `centre` in its middle: 2^centre sinh(x) / x, x = rise ln(2) / 2.
-float mean_energy(float centre, float rise) {
-    // The difference loses digits where the rise is small. Beside silence it is not finite.
-    constexpr float kSmall = 0.02F;
-    if (!std::isfinite(rise) || std::abs(rise) < kSmall) return std::exp2(centre);
-    return (std::exp2(centre + rise / 2) - std::exp2(centre - rise / 2)) /
-           (rise * std::numbers::ln2_v<float>);
+float mean_energy(double centre, double rise) {
+    // Of a small rise the difference loses digits. Beside silence it is not finite.
+    constexpr double kSmall = 0.02;
+    const bool is_level = !std::isfinite(rise) || std::abs(rise) < kSmall;
+    return static_cast<float>(is_level
+                                  ? std::exp2(centre)
+                                  : (std::exp2(centre + rise / 2) - std::exp2(centre - rise / 2)) /
+                                        (rise * std::numbers::ln2));
 }
 
 }  // namespace

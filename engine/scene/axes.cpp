@@ -39,12 +39,15 @@ Pose pose_looking(const Vec3& position, const Vec3& front, const Vec3& up) {
     Pose pose;
     pose.position = position;
     const Vec3 x = glm::normalize(front);
-    pose.pitch_rad = std::asin(std::clamp(x.z, -1.0F, 1.0F));
+    const auto angle = [](float sine, float cosine) {
+        return static_cast<float>(std::atan2(double{sine}, double{cosine}));
+    };
+    pose.pitch_rad = static_cast<float>(std::asin(std::clamp(double{x.z}, -1.0, 1.0)));
     // For a vertical view direction the yaw is that of the top of the head.
     const bool upright = x.x != 0 || x.y != 0;
-    pose.yaw_rad = upright ? std::atan2(x.y, x.x) : std::atan2(-x.z * up.y, -x.z * up.x);
+    pose.yaw_rad = upright ? angle(x.y, x.x) : angle(-x.z * up.y, -x.z * up.x);
     const glm::mat3 level = pose.rotation();
-    pose.roll_rad = std::atan2(-glm::dot(up, level[1]), glm::dot(up, level[2]));
+    pose.roll_rad = angle(-glm::dot(up, level[1]), glm::dot(up, level[2]));
     return pose;
 }
 

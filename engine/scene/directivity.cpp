@@ -164,7 +164,8 @@ class Directivity::Axial final : public Pattern {
     explicit Axial(std::vector<Bands> energy) : energy_(std::move(energy)) {}
 
     Bands factor(const Vec3& direction) const override {
-        const float angle_rad = std::atan2(std::hypot(direction.y, direction.z), direction.x);
+        const auto angle_rad = static_cast<float>(
+            std::atan2(std::hypot(double{direction.y}, double{direction.z}), double{direction.x}));
         const std::size_t last = energy_.size() - 1;
         const TablePlace place =
             table_place(angle_rad * static_cast<float>(last) / std::numbers::pi_v<float>, last - 1);
@@ -200,9 +201,10 @@ class Directivity::Table final : public Pattern {
 
     Bands factor(const Vec3& direction) const override {
         constexpr float kTurn_rad = 2 * std::numbers::pi_v<float>;
+        const glm::dvec3 to(direction);
         const float elevation_rad =
-            std::atan2(direction.z, std::hypot(direction.x, direction.y)) + kTurn_rad / 4;
-        float azimuth_rad = std::atan2(direction.y, direction.x);
+            static_cast<float>(std::atan2(to.z, std::hypot(to.x, to.y))) + kTurn_rad / 4;
+        auto azimuth_rad = static_cast<float>(std::atan2(to.y, to.x));
         if (azimuth_rad < 0) azimuth_rad += kTurn_rad;
         return interpolated(
             table_place(elevation_rad / (kTurn_rad / 2) * static_cast<float>(rows_ - 1), rows_ - 2),
@@ -334,7 +336,8 @@ Bands Directivity::factor(const Vec3& direction) const {
 Bands Directivity::on_axis_db() const {
     Bands levels_db;
     const Bands energy = factor(Vec3(1, 0, 0));
-    for (std::size_t b = 0; b < kBandCount; ++b) levels_db[b] = 10 * std::log10(energy[b]);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+        levels_db[b] = static_cast<float>(10 * std::log10(double{energy[b]}));
     return levels_db;
 }
 

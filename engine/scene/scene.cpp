@@ -67,9 +67,11 @@ double transmitted_share(float sound_reduction_db) {
 // Yaw rotates x towards y, pitch x towards z, roll y towards z; roll is applied first. The columns
 // are the local axes in world coordinates.
 glm::mat3 Pose::rotation() const {
-    const float cy = std::cos(yaw_rad), sy = std::sin(yaw_rad);
-    const float cp = std::cos(pitch_rad), sp = std::sin(pitch_rad);
-    const float cr = std::cos(roll_rad), sr = std::sin(roll_rad);
+    const auto cosine = [](float x) { return static_cast<float>(std::cos(double{x})); };
+    const auto sine = [](float x) { return static_cast<float>(std::sin(double{x})); };
+    const float cy = cosine(yaw_rad), sy = sine(yaw_rad);
+    const float cp = cosine(pitch_rad), sp = sine(pitch_rad);
+    const float cr = cosine(roll_rad), sr = sine(roll_rad);
     const glm::mat3 yaw{Vec3{cy, sy, 0}, Vec3{-sy, cy, 0}, Vec3{0, 0, 1}};
     const glm::mat3 pitch{Vec3{cp, 0, sp}, Vec3{0, 1, 0}, Vec3{-sp, 0, cp}};
     const glm::mat3 roll{Vec3{1, 0, 0}, Vec3{0, cr, sr}, Vec3{0, -sr, cr}};

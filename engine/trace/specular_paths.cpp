@@ -232,7 +232,7 @@ void SpecularPaths::discover(const Vec3& listener, std::uint64_t frame, WorkerPo
     for (std::uint32_t i = 0; i < kChains; ++i) {
         // Start points fill the whole sphere. From its centre alone, sequences that are valid there
         // would be met first, and their neighbours would be left to the rays as well.
-        const auto radius_m = static_cast<float>(radius_m_) * std::cbrt(random.uniform());
+        const auto radius_m = static_cast<float>(radius_m_ * std::cbrt(double{random.uniform()}));
         const Vec3 point = listener + radius_m * uniform_direction(random.uniform_2d());
         chains[i].ray = {.origin = point, .direction = uniform_direction(sobol.point(i))};
     }

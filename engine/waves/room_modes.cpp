@@ -176,8 +176,8 @@ ModeColumns first_columns(const WaveGrid& grid, std::size_t blocks) {
             cosines[axis].clear();
             for (std::size_t order = 0; order <= highest[axis]; ++order)
                 cosines[axis].push_back(
-                    std::cos(std::numbers::pi_v<float> * static_cast<float>(order) *
-                             at[static_cast<int>(axis)]));
+                    static_cast<float>(std::cos(std::numbers::pi * static_cast<double>(order) *
+                                                double{at[static_cast<int>(axis)]})));
         }
         for (std::size_t j = 0; j < columns; ++j) {
             float value = kNoise * noise(i, j, 0);

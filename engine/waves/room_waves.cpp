@@ -70,7 +70,7 @@ struct Survey {
         Bounds bounds;
         bounds.add(reached);
         const Vec3 extent = bounds.max - bounds.min;
-        mean_m = std::cbrt(extent.x * extent.y * extent.z);
+        mean_m = static_cast<float>(std::cbrt(double{extent.x * extent.y * extent.z}));
         if (mean_m > 0) grid.emplace(scene, reached, places, mean_m / kMeasuringCells);
     }
 

@@ -50,7 +50,7 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
         else
             sound.early.push_back(discrete);
     }
-    sound.gain = std::pow(10.0F, gain_db / 20);
+    sound.gain = static_cast<float>(std::pow(10, double{gain_db} / 20));
     return sound;
 }
 

@@ -41,7 +41,7 @@ class AirLoss {
         const auto loss = [&](double length_m) {
             Bands b;
             for (std::size_t i = 0; i < kBandCount; ++i)
-                b[i] = std::exp(-per_m[i] * static_cast<float>(length_m));
+                b[i] = static_cast<float>(std::exp(-double{per_m[i]} * length_m));
             return b;
         };
         for (int metre = 0; metre <= static_cast<int>(reach_m) + 1; ++metre)
@@ -227,9 +227,9 @@ std::vector<BoxImages::AxisImage<Value>> BoxImages::along(std::size_t axis, cons
         const int high = index > 0 ? (walls + 1) / 2 : walls / 2;
         Bands value;
         for (std::size_t b = 0; b < kBandCount; ++b) {
-            value[b] = std::pow(reflected_[axis][0][b], static_cast<float>(walls - high)) *
-                       std::pow(reflected_[axis][1][b], static_cast<float>(high));
-            if (is_pressure) value[b] = std::sqrt(value[b]);
+            const double energy = std::pow(double{reflected_[axis][0][b]}, walls - high) *
+                                  std::pow(double{reflected_[axis][1][b]}, high);
+            value[b] = static_cast<float>(is_pressure ? std::sqrt(energy) : energy);
         }
         if constexpr (std::is_same_v<Value, float>)
             images.push_back({at - seen_from, index, value[0]});

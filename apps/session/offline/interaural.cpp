@@ -58,7 +58,8 @@ Pose facing(const Pose& receiver, const Vec3& source) {
     constexpr float kAbove = 1e-3F;  // of the height
     const Vec3 to_source = source - receiver.position;
     if (std::hypot(to_source.x, to_source.y) <= kAbove * std::abs(to_source.z)) return receiver;
-    return {.position = receiver.position, .yaw_rad = std::atan2(to_source.y, to_source.x)};
+    return {.position = receiver.position,
+            .yaw_rad = static_cast<float>(std::atan2(double{to_source.y}, double{to_source.x}))};
 }
 
 /// A pair as a separate measurement, as long as its coefficients need.

@@ -42,11 +42,11 @@ std::optional<glm::mat3> rotation_of(const OscMessage& message) {
 
 /// Yaw, pitch and roll of a rotation: the inverse of Pose::rotation().
 Vec3 angles_of(const glm::mat3& rotation) {
-    const Vec3& front = rotation[0];
-    const Vec3& left = rotation[1];
-    const Vec3& up = rotation[2];
-    const float pitch_rad = std::asin(std::clamp(front.z, -1.0F, 1.0F));
-    constexpr float kVertical = 1e-6F;
+    const glm::dvec3 front = rotation[0];
+    const glm::dvec3 left = rotation[1];
+    const glm::dvec3 up = rotation[2];
+    const double pitch_rad = std::asin(std::clamp(front.z, -1.0, 1.0));
+    constexpr double kVertical = 1e-6;
     // Of a head that looks straight up or down only the sum of yaw and roll is known.
     if (std::hypot(front.x, front.y) < kVertical)
         return {std::atan2(-left.x, left.y), pitch_rad, 0};
