@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <string>
-#include <system_error>
 #include <utility>
 
 #include "apps/drawing/plan_drawing.h"
@@ -35,7 +34,7 @@ float distance(ImVec2 a, ImVec2 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 }  // namespace
 
-EditorPanel::EditorPanel(EditorHost& host) : host_(host), sketch_(host.sources()) {}
+EditorPanel::EditorPanel(EditorHost& host) : host_(host), sketch_(host.sources()) { follow(); }
 
 EditorPanel::~EditorPanel() { end_drag(); }
 
@@ -229,40 +228,24 @@ void EditorPanel::draw_rooms() {
         if (browsed_)
             browsed_.reset();
         else
-            browsed_ = !folder.empty() ? folder : !home.empty() ? home : fs::path("/");
+            browsed_ = list_folder(!folder.empty() ? folder : !home.empty() ? home : "/", drives());
     }
     if (browsed_) draw_files();
 }
 
-/// Folders and scene files of a folder.
 void EditorPanel::draw_files() {
-    std::vector<fs::path> folders{browsed_->parent_path()};
-    std::vector<fs::path> files;
-    std::error_code error;
-    for (fs::directory_iterator at(*browsed_, error), end; !error && at != end;
-         at.increment(error)) {
-        const fs::path& path = at->path();
-        std::error_code none;
-        if (path.filename().string().starts_with(".")) continue;
-        if (at->is_directory(none))
-            folders.push_back(path);
-        else if (path.extension() == ".json")
-            files.push_back(path);
-    }
-    std::sort(folders.begin() + 1, folders.end());
-    std::sort(files.begin(), files.end());
     ImGui::BeginChild("files", {0, 12 * ImGui::GetTextLineHeightWithSpacing()}, true);
-    for (std::size_t f = 0; f < folders.size(); ++f) {
-        const std::string name = f == 0 ? ".." : folders[f].filename().string() + "/";
-        if (ImGui::Selectable(name.c_str())) browsed_ = folders[f];
-    }
-    for (const fs::path& file : files) {
-        if (!ImGui::Selectable(file.filename().string().c_str())) continue;
-        host_.choose_scene(file);
-        browsed_.reset();
-        break;
-    }
+    std::optional<fs::path> folder;
+    for (const auto& [path, name] : browsed_->folders)
+        if (ImGui::Selectable(name.c_str())) folder = path;
+    std::optional<fs::path> chosen;
+    for (const auto& [path, name] : browsed_->files)
+        if (ImGui::Selectable(name.c_str())) chosen = path;
     ImGui::EndChild();
+    if (folder) browsed_ = list_folder(*folder, drives());
+    if (!chosen) return;
+    host_.choose_scene(*chosen);
+    browsed_.reset();
 }
 
 void EditorPanel::draw_times() {

@@ -2,7 +2,7 @@
 
 #include <imgui.h>
 
-#include <filesystem>
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +10,7 @@
 
 #include "apps/drawing/room_section.h"
 #include "apps/plugin/editor/editor_host.h"
+#include "apps/plugin/editor/folder_listing.h"
 #include "apps/plugin/editor/room_sketch.h"
 
 namespace aula::plugin {
@@ -68,7 +69,7 @@ class EditorPanel {
     RoomSection side_;
     std::optional<Vec3> cut_at_;  ///< where the plan and the side view were cut
     std::optional<Drag> drag_;
-    std::optional<std::filesystem::path> browsed_;  ///< the folder whose files are listed
+    std::optional<FolderListing> browsed_;  ///< from which a scene is chosen
 };
 
 }  // namespace aula::plugin

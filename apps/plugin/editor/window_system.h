@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace aula::plugin {
 
@@ -29,6 +30,9 @@ std::string window_class();
 
 /// The folder of the user, or an empty path.
 std::filesystem::path home_folder();
+
+/// Those of Windows, such as "C:\\"; else none.
+std::vector<std::filesystem::path> drives();
 
 /// The version of OpenGL of the present context, 10 times the major version and the minor one.
 int opengl_version();

@@ -25,6 +25,14 @@ std::filesystem::path home_folder() {
     return home != nullptr ? home : L"";
 }
 
+std::vector<std::filesystem::path> drives() {
+    std::vector<std::filesystem::path> found;
+    const DWORD present = GetLogicalDrives();  // a bit for each letter
+    for (wchar_t letter = L'A'; letter <= L'Z'; ++letter)
+        if ((present >> (letter - L'A') & 1) != 0) found.push_back(std::wstring{letter} + L":\\");
+    return found;
+}
+
 int opengl_version() {
     const auto* const text = reinterpret_cast<const char*>(glGetString(GL_VERSION));
     int major = 0;

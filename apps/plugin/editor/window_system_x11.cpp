@@ -28,6 +28,8 @@ std::filesystem::path home_folder() {
     return home != nullptr ? home : "";
 }
 
+std::vector<std::filesystem::path> drives() { return {}; }
+
 int opengl_version() { return epoxy_gl_version(); }
 
 void clear_picture(int width, int height) {
