@@ -1,4 +1,4 @@
-#include "tests/support/jack_clients.h"
+#include "tests/audio/device/jack_clients.h"
 
 #include <jack/jack.h>
 

@@ -15,7 +15,7 @@
 #include "aula/audio/sound_file.h"
 #include "aula/devices/microphone.h"
 #include "aula/exception.h"
-#include "tests/support/jack_clients.h"
+#include "tests/audio/device/jack_clients.h"
 #include "tests/support/jack_server.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -1,21 +1,25 @@
 -- Writes and closes the session in SESSION: a track with voice.wav as its region, and the plugin
--- with the preset PRESET, or with automation of source_x over three seconds.
+-- PLUGIN of the type TYPE (LV2, VST3) with the preset PRESET, if any, and VALUES, as "9=-3 14=0";
+-- without values there is automation of source_x over three seconds.
 local folder = os.getenv("SESSION")
 os.execute("rm -rf '" .. folder .. "'")
 AudioEngine:set_backend("None (Dummy)", "", "")
 local session = create_session(folder, "session", 48000)
 local track = session:new_audio_track(1, 2, nil, 1, "voice", ARDOUR.PresentationInfo.max_order,
                                       ARDOUR.TrackMode.Normal, true):front()
-local plugin = ARDOUR.LuaAPI.new_plugin(session, "urn:aula:room#binaural",
-                                        ARDOUR.PluginType.LV2, "")
+local plugin = ARDOUR.LuaAPI.new_plugin(session, os.getenv("PLUGIN"),
+                                        ARDOUR.PluginType[os.getenv("TYPE")], "")
 assert(track:add_processor_by_index(plugin, 0, nil, true) == 0)
 local preset = os.getenv("PRESET")
 if preset then
     local instance = plugin:to_insert():plugin(0)
     assert(instance:load_preset(instance:preset_by_label(preset)))
-    assert(ARDOUR.LuaAPI.set_processor_param(plugin, 9, -3)) -- gain_db
-    assert(ARDOUR.LuaAPI.set_processor_param(plugin, 14, 0)) -- quality
-else
+end
+local values = os.getenv("VALUES")
+for parameter, value in (values or ""):gmatch("(%d+)=(%S+)") do
+    assert(ARDOUR.LuaAPI.set_processor_param(plugin, tonumber(parameter), tonumber(value)))
+end
+if not values then
     local _, points = ARDOUR.LuaAPI.plugin_automation(plugin, 0)
     points:add(Temporal.timepos_t(0), 6.5, false, true)
     points:add(Temporal.timepos_t(3 * 48000), 4.5, false, true)

@@ -1,14 +1,14 @@
--- Loads the session in SESSION with buffers of BUFFER samples, prints the plugin's ports, exports
--- SAMPLES samples to BUFFER_1.wav, ..., one for each of TAKES, in the folder FOLDER, saves the
--- session and closes it.
+-- Loads the session in SESSION with buffers of BUFFER samples, prints the first controls of the
+-- plugin, exports SAMPLES samples to BUFFER_1.wav, ..., one for each of TAKES, in the folder FOLDER,
+-- saves the session and closes it.
 local buffer = os.getenv("BUFFER")
 AudioEngine:set_backend("None (Dummy)", "", ""):set_buffer_size(tonumber(buffer))
 local session = load_session(os.getenv("SESSION"), "session")
 local track = session:route_by_name("voice")
 local plugin = track:nth_plugin(0)
 local ports = "ports:"
-for i = 0, 17 do
-    ports = ports .. string.format(" %.4g", (ARDOUR.LuaAPI.get_processor_param(plugin, i, true)))
+for i = 0, 14 do
+    ports = ports .. string.format(" %.3g", (ARDOUR.LuaAPI.get_processor_param(plugin, i, true)))
 end
 io.write(ports, "\n")
 for channel = 0, 1 do
