@@ -97,7 +97,7 @@ ThirdOctaveModel::Values ThirdOctaveModel::at_centres(const Bands& octaves, doub
     const Bands levels = levels_of(octaves);
     Values energies;
     for (std::size_t t = 0; t < kCount; ++t)
-        energies[t] = std::exp2(level(levels, length_m, 2 * t + 1));
+        energies[t] = static_cast<float>(std::exp2(double{level(levels, length_m, 2 * t + 1)}));
     return energies;
 }
 
