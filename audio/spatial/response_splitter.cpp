@@ -153,7 +153,8 @@ double ResponseSplitter::low_frequency_lag(const std::array<Spectrum, 2>& ears,
 void ResponseSplitter::correlate(const Spectrum& first, const Spectrum& second, double band_hz) {
     const double band = band_hz / bin_hz();
     std::fill(cross_.begin(), cross_.end(), 0.0F);
-    cross_bins_ = std::min(cross_.size(), static_cast<std::size_t>(std::ceil(band)));
+    // The Nyquist frequency has no phase.
+    cross_bins_ = std::min(cross_.size() - 1, static_cast<std::size_t>(std::ceil(band)));
     for (std::size_t k = 0; k < cross_bins_; ++k) {
         const double weight =
             0.5 + 0.5 * std::cos(std::numbers::pi * static_cast<double>(k) / band);
@@ -177,9 +178,12 @@ ResponseSplitter::Peak ResponseSplitter::peak_near(double lag_samples, double re
     const auto sample = static_cast<double>(peak);
     const double before = at(peak - 1);
     const double after = at(peak + 1);
-    if (at(peak) <= std::max(before, after)) return {at(peak), sample};
+    const double curvature = before - 2 * at(peak) + after;
+    // At the ends of the reach there may be none.
+    const bool is_maximum = at(peak) >= std::max(before, after) && curvature < 0;
+    if (!is_maximum) return {at(peak), sample};
     // The parabola through the three samples has its vertex within 0.1 samples of the maximum.
-    const double vertex = 0.5 * (before - after) / (before - 2 * at(peak) + after);
+    const double vertex = 0.5 * (before - after) / curvature;
     return {at(peak), std::clamp(refined(sample + vertex), sample - 1, sample + 1)};
 }
 

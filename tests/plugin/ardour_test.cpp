@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/plugin/host_commands.h"
@@ -29,6 +30,13 @@ struct Format {
 };
 const Format kLv2{"LV2", "urn:aula:room#binaural"};
 const Format kVst3{"VST3", "41756C61526F6F6D6D6F6E6F62696E00"};
+
+#ifdef AULA_VST3_BUNDLE
+constexpr bool kHasVst3 = true;
+#else
+constexpr bool kHasVst3 = false;
+#define AULA_VST3_BUNDLE ""
+#endif
 
 /// A session with three seconds of noise on its track, in a scratch folder that is the home, too.
 class Session {
@@ -141,9 +149,9 @@ TEST_CASE("Ardour exports the same audio data from a loaded session at all buffe
     if (!has("ardour7-lua")) return;
     // The places of the preset, the gain and the quality: fewer rays are a faster export. VST3 has
     // no presets in Ardour.
-    const auto [format, settings] =
-        GENERATE(std::pair{kLv2, "PRESET='Bright Room' VALUES='9=-3 14=0'"},
-                 std::pair{kVst3, "VALUES='0=6.5 1=4.5 2=1.4 3=3.2 4=3.6 5=1.6 6=0.01 9=-3 14=0'"});
+    const std::pair lv2{kLv2, "PRESET='Bright Room' VALUES='9=-3 14=0'"};
+    const std::pair vst3{kVst3, "VALUES='0=6.5 1=4.5 2=1.4 3=3.2 4=3.6 5=1.6 6=0.01 9=-3 14=0'"};
+    const auto [format, settings] = kHasVst3 ? GENERATE_COPY(lv2, vst3) : lv2;
     INFO(format.type);
     const Session session(format, settings);
     constexpr std::size_t kSamples = 72000;

@@ -34,7 +34,7 @@ float distance(ImVec2 a, ImVec2 b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
 }  // namespace
 
-EditorPanel::EditorPanel(EditorHost& host) : host_(host), sketch_(host.sources()) { follow(); }
+EditorPanel::EditorPanel(EditorHost& host) : host_(host), sketch_(host.sources()) {}
 
 EditorPanel::~EditorPanel() { end_drag(); }
 

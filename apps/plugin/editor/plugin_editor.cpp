@@ -220,6 +220,7 @@ void PluginEditor::open(std::uintptr_t parent) {
         throw Failure("the editor cannot be opened: OpenGL 3.3 is needed");
     if (kWindowSystem.has_timers && puglStartTimer(s.view, 0, 1e-3 * kPeriod_ms) != PUGL_SUCCESS)
         throw Failure("the editor cannot be opened: Windows has no timer for it");
+    s.panel.follow();  // for the first picture
 }
 
 std::uintptr_t PluginEditor::window() const { return puglGetNativeView(state_->view); }
@@ -236,6 +237,9 @@ void PluginEditor::hide() {
 
 void PluginEditor::idle() {
     const HostGuard guard;
+    // The threads of Mesa's llvmpipe do not survive that a window is drawn which the host has
+    // destroyed.
+    if (!is_window(puglGetNativeWorld(state_->world), window())) return;
     puglUpdate(state_->world, 0);
 }
 

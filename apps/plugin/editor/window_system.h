@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -39,6 +40,9 @@ int opengl_version();
 
 /// Clears the present context, of so many pixels.
 void clear_picture(int width, int height);
+
+/// Whether a window exists; `world`: the connection to the window system. Needs a HostGuard.
+bool is_window(void* world, std::uintptr_t window);
 
 /// While alive, errors of the window system do not end the process: a host may have destroyed the
 /// window that an editor is in. The keyboard remains the host's.

@@ -47,6 +47,10 @@ void clear_picture(int width, int height) {
     glClear(GL_COLOR_BUFFER_BIT);
 }
 
+bool is_window(void*, std::uintptr_t window) {
+    return IsWindow(reinterpret_cast<HWND>(window)) != 0;
+}
+
 // Calls for a window that is gone only fail. A window that is shown takes the keyboard.
 HostGuard::HostGuard() : previous_(GetFocus()) {}
 HostGuard::~HostGuard() {

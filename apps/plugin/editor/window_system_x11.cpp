@@ -38,6 +38,11 @@ void clear_picture(int width, int height) {
     glClear(GL_COLOR_BUFFER_BIT);
 }
 
+bool is_window(void* world, std::uintptr_t window) {
+    XWindowAttributes attributes;
+    return XGetWindowAttributes(static_cast<::Display*>(world), window, &attributes) != 0;
+}
+
 // Those of a connection arrive while its owner calls Xlib: the handler sees no others than those of
 // the editor, but for other threads.
 HostGuard::HostGuard()

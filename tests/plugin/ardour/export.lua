@@ -1,6 +1,6 @@
--- Loads the session in SESSION with buffers of BUFFER samples, prints the first controls of the
--- plugin, exports SAMPLES samples to BUFFER_1.wav, ..., one for each of TAKES, in the folder FOLDER,
--- saves the session and closes it.
+-- Loads the session in SESSION with buffers of BUFFER samples and prints the first controls of the
+-- plugin. Exports SAMPLES samples to BUFFER_1.wav, ..., one for each of TAKES, in the folder FOLDER.
+-- Saves the session and closes it.
 local buffer = os.getenv("BUFFER")
 AudioEngine:set_backend("None (Dummy)", "", ""):set_buffer_size(tonumber(buffer))
 local session = load_session(os.getenv("SESSION"), "session")
