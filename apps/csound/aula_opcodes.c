@@ -1,6 +1,6 @@
 /* Rooms in Csound, over <aula.h>:
  *
- *     iroom aularoom Sscene [, Soutput]
+ *     iroom aularoom Sscene [, Soutput, iclock]
  *     a1 [, a2 ...] aula iroom, asource1 [, asource2 ...]
  *     aulasource iroom, Sname, kx, ky, kz [, kyaw, kpitch, kroll]
  *     aulalistener iroom, kx, ky, kz [, kyaw, kpitch, kroll]
@@ -8,8 +8,11 @@
  * aularoom makes a room of a scene file, in the header of the orchestra or in an instrument, with
  * which it ends. Soutput: "binaural" (left and right ear, the default), "mono", "foa" or "toa".
  * aula renders a room from the sounds of its sources, in the order of the scene file. The others
- * move a source or the head, in metres and degrees. If Csound writes to a file, a room renders as
- * `aula --offline` does and waits for it. */
+ * move a source or the head, in metres and degrees.
+ *
+ * On the exact clock (iclock 1) a room renders as `aula --offline` does and waits for it, on the
+ * real-time clock (0) nothing waits. By default (-1) the clock is exact if Csound writes to a named
+ * file. Csound does not tell its opcodes whether a host plays the sound instead. */
 #include <aula.h>
 #include <csdl.h>
 #include <string.h>
@@ -35,7 +38,9 @@ typedef struct {
 typedef struct {
     OPDS h;
     MYFLT *number;
-    STRINGDAT *file, *output; /* the latter if there are two inputs */
+    STRINGDAT *file, *output; /* the latter and the clock if there are three inputs */
+    MYFLT *clock;
+    room *made; /* until the note ends; its number may not be that of the variable any more */
 } opcode_room;
 
 typedef struct {
@@ -43,10 +48,12 @@ typedef struct {
     MYFLT *outputs[MOST_OUTPUTS], *number, *inputs[VARGMAX];
     AUXCH signals; /* aula_signal of each source */
     AUXCH samples; /* of inputs, then of outputs */
+    int room;      /* its number when the note began; 0: none */
 } opcode_aula;
 
 /* What moves a source or the listener. */
 typedef struct {
+    int room;           /* its number when the note began */
     aula_source source; /* 0: the listener */
     aula_pose pose;
     int is_set;
@@ -80,28 +87,35 @@ static int no_room(CSOUND *csound, MYFLT number) {
     return csound->InitError(csound, "there is no room %g; expected that of aularoom", number);
 }
 
-/* Whether a file name of Csound's options is that of a device: "dac", "dac2", "dac:name". */
-static int is_device(const char *name, const char *device) {
-    return name != NULL && strncmp(name, device, 3) == 0 && strchr(":0123456789", name[3]) != NULL;
+/* Whether a file name of Csound's options is that of a device: NAME, NAME2, NAME:text. */
+static int is_device(const char *file, const char *name) {
+    const size_t length = strlen(name);
+    const char *rest;
+    if (file == NULL || strncmp(file, name, length) != 0) return 0;
+    rest = file + length;
+    return *rest == ':' || rest[strspn(rest, "0123456789")] == '\0';
 }
 
-static int is_exact(CSOUND *csound) {
+/* Whether Csound writes to a named file and records from no device. If a host implements input and
+ * output, no file is named, unless options that the host does not use name one. */
+static int writes_file(CSOUND *csound) {
     OPARMS options;
     csound->GetOParms(csound, &options);
-    return options.sfwrite != 0 && !is_device(options.outfilename, "dac") &&
-           !is_device(options.infilename, "adc");
+    return options.sfwrite != 0 && options.outfilename != NULL &&
+           !is_device(options.outfilename, "dac") && !is_device(options.outfilename, "devaudio") &&
+           !is_device(options.infilename, "adc") && !is_device(options.infilename, "devaudio");
 }
 
 static int end_room(CSOUND *csound, void *opcode) {
     room_list *list = csound->QueryGlobalVariable(csound, list_name);
-    room **link = &list->first, *r;
-    while (*link != NULL && (MYFLT)(*link)->number != *((opcode_room *)opcode)->number)
-        link = &(*link)->next;
-    if ((r = *link) == NULL) return OK;
+    room **link = &list->first, *r = ((opcode_room *)opcode)->made;
+    if (r == NULL) return OK;
+    while (*link != r) link = &(*link)->next;
     *link = r->next;
     aula_room_destroy(r->room);
     aula_scene_destroy(r->scene);
     csound->Free(csound, r);
+    ((opcode_room *)opcode)->made = NULL;
     return OK;
 }
 
@@ -120,26 +134,36 @@ static int read_output(room *r, const char *name) {
 
 static int make_room(CSOUND *csound, opcode_room *p) {
     room_list *list = csound->QueryGlobalVariable(csound, list_name);
-    char *found = csound->FindInputFile(csound, p->file->data, "SSDIR;INCDIR");
-    const char *output = csound->GetInputArgCnt(p) == 2 ? p->output->data : "binaural";
-    room *r = csound->Calloc(csound, sizeof(room));
+    const int has_output = csound->GetInputArgCnt(p) > 1;
+    const char *output = has_output ? p->output->data : "binaural";
+    const MYFLT clock = has_output ? *p->clock : -1;
+    char *found;
+    room *r;
     int result;
     if (list == NULL) {
         csound->CreateGlobalVariable(csound, list_name, sizeof(room_list));
         list = csound->QueryGlobalVariable(csound, list_name);
     }
+    if (p->made == NULL)
+        csound->RegisterDeinitCallback(csound, p, end_room);
+    else
+        end_room(csound, p); /* a pass of reinit */
+    r = csound->Calloc(csound, sizeof(room));
     r->number = ++list->last_number;
     r->next = list->first;
-    list->first = r;
+    list->first = p->made = r;
     *p->number = r->number;
-    csound->RegisterDeinitCallback(csound, p, end_room);
     if (!read_output(r, output))
         return csound->InitError(
             csound, "unknown output \"%s\"; expected one of binaural, mono, foa and toa", output);
+    if (clock != -1 && clock != 0 && clock != 1)
+        return csound->InitError(csound, "unknown clock %g; expected one of -1, 0 and 1", clock);
     r->options.size = sizeof r->options;
     r->options.max_sources = 1; /* those of the scene */
     r->options.sample_rate_hz = csound->GetSr(csound);
-    r->options.clock = is_exact(csound) ? AULA_EXACT : AULA_REAL_TIME;
+    r->options.clock =
+        clock == 1 || (clock == -1 && writes_file(csound)) ? AULA_EXACT : AULA_REAL_TIME;
+    found = csound->FindInputFile(csound, p->file->data, "SSDIR;INCDIR");
     result = aula_scene_load(found != NULL ? found : p->file->data, &r->scene);
     csound->Free(csound, found);
     if (result == AULA_OK) result = aula_room_create(r->scene, &r->options, &r->room);
@@ -149,17 +173,23 @@ static int make_room(CSOUND *csound, opcode_room *p) {
     return OK;
 }
 
+static void leave_room(CSOUND *csound, const opcode_aula *p) {
+    room *r = find_room(csound, p->room);
+    if (r != NULL && r->player == p) r->player = NULL;
+}
+
 static int end_aula(CSOUND *csound, void *opcode) {
-    room *r = find_room(csound, *((opcode_aula *)opcode)->number);
-    if (r != NULL && r->player == opcode) r->player = NULL;
+    leave_room(csound, opcode);
+    ((opcode_aula *)opcode)->room = 0;
     return OK;
 }
 
 static int begin_aula(CSOUND *csound, opcode_aula *p) {
     room *r = find_room(csound, *p->number);
     const int inputs = csound->GetInputArgCnt(p) - 1, outputs = csound->GetOutputArgCnt(p);
+    leave_room(csound, p); /* if this is a pass of reinit */
     if (r == NULL) return no_room(csound, *p->number);
-    if (r->player != NULL && r->player != p)
+    if (r->player != NULL)
         return csound->InitError(csound, "another aula plays room %d", r->number);
     if (inputs != r->source_count)
         return csound->InitError(
@@ -170,13 +200,14 @@ static int begin_aula(CSOUND *csound, opcode_aula *p) {
                                  r->channels);
     csound->AuxAlloc(csound, (size_t)inputs * sizeof(aula_signal), &p->signals);
     csound->AuxAlloc(csound, (size_t)(inputs + outputs) * CS_KSMPS * sizeof(float), &p->samples);
+    if (p->room == 0) csound->RegisterDeinitCallback(csound, p, end_aula);
+    p->room = r->number;
     r->player = p;
-    csound->RegisterDeinitCallback(csound, p, end_aula);
     return OK;
 }
 
 static int play(CSOUND *csound, opcode_aula *p) {
-    const room *r = find_room(csound, *p->number);
+    const room *r = find_room(csound, p->room);
     const uint32_t first = p->h.insdshead->ksmps_offset; /* a note begins and ends at any sample */
     const uint32_t end = CS_KSMPS - p->h.insdshead->ksmps_no_end;
     const MYFLT full_scale = csound->Get0dBFS(csound);
@@ -204,9 +235,9 @@ static int play(CSOUND *csound, opcode_aula *p) {
 }
 
 /* Moves what has a new pose. A change takes effect with the next sample of the room. */
-static int move(CSOUND *csound, OPDS *h, MYFLT number, MYFLT *const *numbers, mover *m) {
+static int move(CSOUND *csound, OPDS *h, MYFLT *const *numbers, mover *m) {
     const MYFLT radians = 3.14159265358979323846 / 180;
-    const room *r = find_room(csound, number);
+    const room *r = find_room(csound, m->room);
     aula_pose pose;
     int result;
     if (r == NULL) return csound->PerfError(csound, h, "the room has ended");
@@ -226,6 +257,7 @@ static int move(CSOUND *csound, OPDS *h, MYFLT number, MYFLT *const *numbers, mo
 static int begin_source(CSOUND *csound, opcode_source *p) {
     const room *r = find_room(csound, *p->number);
     if (r == NULL) return no_room(csound, *p->number);
+    p->mover.room = r->number;
     p->mover.is_set = 0;
     if (aula_scene_find_source(r->scene, p->name->data, &p->mover.source) != AULA_OK)
         return csound->InitError(csound, "%s", aula_message());
@@ -233,24 +265,26 @@ static int begin_source(CSOUND *csound, opcode_source *p) {
 }
 
 static int move_source(CSOUND *csound, opcode_source *p) {
-    return move(csound, &p->h, *p->number, p->pose, &p->mover);
+    return move(csound, &p->h, p->pose, &p->mover);
 }
 
 static int begin_listener(CSOUND *csound, opcode_listener *p) {
-    if (find_room(csound, *p->number) == NULL) return no_room(csound, *p->number);
+    const room *r = find_room(csound, *p->number);
+    if (r == NULL) return no_room(csound, *p->number);
+    p->mover.room = r->number;
     p->mover.is_set = 0;
     p->mover.source = 0;
     return OK;
 }
 
 static int move_listener(CSOUND *csound, opcode_listener *p) {
-    return move(csound, &p->h, *p->number, p->pose, &p->mover);
+    return move(csound, &p->h, p->pose, &p->mover);
 }
 
 /* thread: 1 at the beginning, 2 in each control period. */
 static OENTRY localops[] = {
     {"aularoom", sizeof(opcode_room), 0, 1, "i", "S", (SUBR)make_room, NULL, NULL, NULL},
-    {"aularoom.output", sizeof(opcode_room), 0, 1, "i", "SS", (SUBR)make_room, NULL, NULL, NULL},
+    {"aularoom.output", sizeof(opcode_room), 0, 1, "i", "SSj", (SUBR)make_room, NULL, NULL, NULL},
     {"aula", sizeof(opcode_aula), 0, 3, "mmmmmmmmmmmmmmmm", "iy", (SUBR)begin_aula, (SUBR)play,
      NULL, NULL},
     {"aulasource", sizeof(opcode_source), 0, 3, "", "iSkkkOOO", (SUBR)begin_source,
