@@ -101,14 +101,16 @@ int main(int argc, char **argv) {
     stereo.pUserData = &p;
     require_ma(ma_device_init(NULL, &stereo, &device), 1, "the output device");
     require_ma(ma_device_start(&device), 1, "the output device");
-    for (int step = 0; step < SECONDS * POSES_HZ; ++step) { /* the loop of a game */
+    int result = AULA_OK;
+    for (int step = 0; step < SECONDS * POSES_HZ && result == AULA_OK; ++step) {
         pose = walk(centre, (double)step / POSES_HZ);
-        require(aula_room_set_listener(p.room, 0, &pose, AULA_NOW));
+        result = aula_room_set_listener(p.room, 0, &pose, AULA_NOW);
         nanosleep(&between, NULL);
     }
     ma_device_uninit(&device); /* the audio thread has ended */
+    require(result);
     require(aula_room_status(p.room, &status));
-    printf("%.1f s, peak %.2f; %d propagation frames, %d of them late\n",
+    printf("%.1f s, peak %.4f; %d propagation frames, %d of them late\n",
            (double)status.samples / RATE_HZ, p.peak, (int)status.frames, (int)status.late_frames);
     aula_room_destroy(p.room);
     ma_free(p.sound, NULL);

@@ -102,14 +102,16 @@ int main(int argc, char **argv) {
     SDL_AudioStream *stream =
         SDL_OpenAudioDeviceStream(SDL_AUDIO_DEVICE_DEFAULT_PLAYBACK, &stereo, play, &p);
     require_sdl(stream != NULL && SDL_ResumeAudioStreamDevice(stream), 1);
-    for (int step = 0; step < SECONDS * POSES_HZ; ++step) { /* the loop of a game */
+    int result = AULA_OK;
+    for (int step = 0; step < SECONDS * POSES_HZ && result == AULA_OK; ++step) {
         pose = walk(centre, (double)step / POSES_HZ);
-        require(aula_room_set_listener(p.room, 0, &pose, AULA_NOW));
+        result = aula_room_set_listener(p.room, 0, &pose, AULA_NOW);
         SDL_DelayNS(SDL_NS_PER_SECOND / POSES_HZ);
     }
     SDL_DestroyAudioStream(stream); /* the audio thread has ended */
+    require(result);
     require(aula_room_status(p.room, &status));
-    printf("%.1f s, peak %.2f; %d propagation frames, %d of them late\n",
+    printf("%.1f s, peak %.4f; %d propagation frames, %d of them late\n",
            (double)status.samples / RATE_HZ, p.peak, (int)status.frames, (int)status.late_frames);
     aula_room_destroy(p.room);
     SDL_free(p.sound);

@@ -1,8 +1,10 @@
 # cmake -D BUILD=build/release -P cmake/packaging/archive.cmake: writes the archive
 # BUILD/aula-VERSION-linux-PROCESSOR.tar.xz of the program, the LV2 plugins, the C interface, and,
 # if they are built, the CLAP and VST3 plugins, aula~ for Pure Data, the opcodes of Csound, the
-# extension of Godot with its demo and the package of Unity, with the libraries that they need. It runs in any folder of a Linux with the C library of the system that it is built on, or a later one.
-# Needs Debian's package patchelf, and the targets aula and aula_bundle. BUILD may be build/arm64, of .ci/arm64.
+# extension of Godot with its demo and the package of Unity, with the libraries that they need. It
+# runs in any folder of a Linux with the C library of the system that it is built on, or a later
+# one. Needs Debian's package patchelf, and the targets aula and aula_bundle. BUILD may be
+# build/arm64, of .ci/arm64.
 cmake_minimum_required(VERSION 3.25)
 get_filename_component(BUILD "${BUILD}" ABSOLUTE)
 get_filename_component(source "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)

@@ -8,8 +8,8 @@ function(run)
     execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# A C99 program WORK/NAME, compiled by the line that docs/c_api.md or the program gives; with further
-# libraries.
+# A C99 program WORK/NAME, compiled by the line that docs/c_api.md or the program gives; with
+# further libraries.
 function(compile name source packages)
     execute_process(COMMAND pkg-config --cflags --libs ${packages} OUTPUT_VARIABLE flags
                     OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
@@ -21,11 +21,12 @@ function(compile name source packages)
         -o "${WORK}/${name}")
 endfunction()
 
-# The largest magnitude of the 32-bit floats in the last `bytes` of a file: half of it, it, twice it.
+# The largest magnitude of the 32-bit floats in the last `bytes` of a file: half of it, it, twice
+# it.
 function(find_peak file bytes result)
     execute_process(COMMAND tail -c ${bytes} "${file}" COMMAND od -An -v -t f4 -w4
                     COMMAND awk "{x = $1 < 0 ? -$1 : $1; if (x > m) m = x}
-                                 END {printf \"%.2f;%.2f;%.2f\", m / 2, m, 2 * m}"
+                                 END {printf \"%.4f;%.4f;%.4f\", m / 2, m, 2 * m}"
                     OUTPUT_VARIABLE peaks COMMAND_ERROR_IS_FATAL ANY)
     set(${result} "${peaks}" PARENT_SCOPE)
 endfunction()
@@ -163,7 +164,8 @@ elseif(CASE STREQUAL "sdl3")
     set(ENV{SDL_AUDIO_DRIVER} disk)
     set(ENV{SDL_AUDIO_DISK_OUTPUT_FILE} "${WORK}/sdl3.raw")
     walk(sdl3_walk)
-    find_peak("${WORK}/sdl3.raw" 2304000 played)
+    file(SIZE "${WORK}/sdl3.raw" bytes)
+    find_peak("${WORK}/sdl3.raw" ${bytes} played)
     list(GET played 1 played)
     if(NOT played EQUAL PEAK)
         message(FATAL_ERROR "the device received a peak of ${played}")
