@@ -1,8 +1,12 @@
 #include <pthread.h>
 #include <sched.h>
+#include <unistd.h>
+#if defined(__APPLE__)
+#include <pthread/qos.h>
+#else
 #include <sys/resource.h>
 #include <sys/syscall.h>
-#include <unistd.h>
+#endif
 
 #include <algorithm>
 #include <cstdint>
@@ -23,6 +27,17 @@ bool take_realtime_priority() noexcept {
     parameters.sched_priority = kPriority;
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
+
+#if defined(__APPLE__)
+
+// A nice value is the whole process's.
+void lower_priority(int) noexcept { pthread_set_qos_class_self_np(QOS_CLASS_UTILITY, 0); }
+
+namespace {
+bool is_realtime(int policy) { return policy == SCHED_FIFO || policy == SCHED_RR; }
+}  // namespace
+
+#else
 
 // A running thread finishes its slice before a woken thread preempts it. Linux from 6.12 on takes
 // the slice length from sched_setattr(2); earlier versions ignore it.
@@ -46,11 +61,19 @@ void lower_priority(int nice) noexcept {
     if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0) setpriority(PRIO_PROCESS, 0, nice);
 }
 
+namespace {
+bool is_realtime(int policy) {
+    return policy != SCHED_OTHER && policy != SCHED_BATCH && policy != SCHED_IDLE;
+}
+}  // namespace
+
+#endif
+
 void leave_realtime() noexcept {
     int policy = SCHED_OTHER;
     sched_param parameters{};
     if (pthread_getschedparam(pthread_self(), &policy, &parameters) != 0) return;
-    if (policy == SCHED_OTHER || policy == SCHED_BATCH || policy == SCHED_IDLE) return;
+    if (!is_realtime(policy)) return;
     parameters.sched_priority = 0;
     pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameters);
 }

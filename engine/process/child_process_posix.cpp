@@ -1,12 +1,18 @@
-#include <dlfcn.h>
 #include <fcntl.h>
-#include <link.h>
 #include <poll.h>
-#include <sched.h>
 #include <spawn.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#if defined(__APPLE__)
+#include <libproc.h>
+#include <mach/mach_time.h>
+#include <sys/stat.h>
+#else
+#include <dlfcn.h>
+#include <link.h>
+#include <sched.h>
+#include <sys/mman.h>
+#endif
 
 #include <cerrno>
 #include <csignal>
@@ -29,6 +35,68 @@ constexpr const char* kName = "aula-reader";  // of the process, for ps
 
 [[noreturn]] void fail_start(int error) { throw std::system_error(error, std::generic_category()); }
 
+std::string_view bytes_of(std::span<const std::byte> program) {
+    return {reinterpret_cast<const char*>(program.data()), program.size()};
+}
+
+#if defined(__APPLE__)
+
+/// A program as a file, which was written for it and is removed with this object, or is there.
+class ProgramFile {
+ public:
+    explicit ProgramFile(const ContainedProgram& program) {
+        if (const auto* const file = std::get_if<std::filesystem::path>(&program)) {
+            path_ = file->string();
+            return;
+        }
+        path_ = (std::filesystem::temp_directory_path() / "aula-XXXXXX").string();
+        const int number = mkostemp(path_.data(), O_CLOEXEC);
+        if (number < 0) fail_start(errno);
+        is_ours_ = true;
+        const Descriptor made(number);
+        write_all(made.number(), bytes_of(std::get<0>(program)));
+        if (fchmod(made.number(), S_IRWXU) != 0) fail_start(errno);
+    }
+    ~ProgramFile() {
+        if (is_ours_) unlink(path_.c_str());
+    }
+    ProgramFile(const ProgramFile&) = delete;
+    ProgramFile& operator=(const ProgramFile&) = delete;
+
+    const std::string& path() const { return path_; }
+
+ private:
+    std::string path_;
+    bool is_ours_ = false;
+};
+
+constexpr const char* kLibraryFolders = "DYLD_LIBRARY_PATH";
+
+/// The names of libraries that a binary needs are paths on macOS.
+std::string run_path() { return ""; }
+
+/// A new process has no real-time priority, and inherits only what adddup2() gives it.
+short scheduling_of(posix_spawnattr_t&) { return POSIX_SPAWN_CLOEXEC_DEFAULT; }
+
+int make_pipe(int (&ends)[2]) {
+    if (pipe(ends) != 0) return -1;
+    for (const int end : ends) fcntl(end, F_SETFD, FD_CLOEXEC);
+    return 0;
+}
+
+/// Processor time of a process, or 0.
+std::chrono::nanoseconds processor_time_of(int id) {
+    rusage_info_v0 used{};
+    mach_timebase_info_data_t unit{};
+    if (proc_pid_rusage(id, RUSAGE_INFO_V0, reinterpret_cast<rusage_info_t*>(&used)) != 0 ||
+        mach_timebase_info(&unit) != 0)
+        return {};
+    const std::uint64_t ticks = used.ri_user_time + used.ri_system_time;
+    return std::chrono::nanoseconds(ticks * unit.numer / unit.denom);
+}
+
+#else
+
 /// Creates an executable file in memory.
 int make_program_file() {
 #ifndef MFD_EXEC
@@ -39,18 +107,29 @@ int make_program_file() {
     return memfd_create(kName, MFD_CLOEXEC);
 }
 
-/// Opens the program, whose bytes are written to an executable file in memory.
-Descriptor open_program(const ContainedProgram& program) {
-    const auto* const file = std::get_if<std::filesystem::path>(&program);
-    const int number =
-        file != nullptr ? open(file->c_str(), O_RDONLY | O_CLOEXEC) : make_program_file();
-    if (number < 0) fail_start(errno);
-    Descriptor opened(number);
-    if (file != nullptr) return opened;
-    const std::span<const std::byte> bytes = std::get<0>(program);
-    write_all(opened.number(), {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    return opened;
-}
+/// The opened program, whose bytes are written to an executable file in memory.
+class ProgramFile {
+ public:
+    explicit ProgramFile(const ContainedProgram& program) : opened_(open_program(program)) {
+        if (const auto* const bytes = std::get_if<std::span<const std::byte> >(&program))
+            write_all(opened_.number(), bytes_of(*bytes));
+    }
+
+    std::string path() const { return "/proc/self/fd/" + std::to_string(opened_.number()); }
+
+ private:
+    static int open_program(const ContainedProgram& program) {
+        const auto* const file = std::get_if<std::filesystem::path>(&program);
+        const int number =
+            file != nullptr ? open(file->c_str(), O_RDONLY | O_CLOEXEC) : make_program_file();
+        if (number < 0) fail_start(errno);
+        return number;
+    }
+
+    Descriptor opened_;
+};
+
+constexpr const char* kLibraryFolders = "LD_LIBRARY_PATH";
 
 bool has_real_time_policy() {
 #ifndef SCHED_DEADLINE
@@ -88,10 +167,33 @@ std::string run_path() {
     return folders;
 }
 
-/// Where the program finds its libraries, as LD_LIBRARY_PATH: in the folders in which the binary
+/// Takes the new process out of a real-time policy. Returns flags of it.
+short scheduling_of(posix_spawnattr_t& attributes) {
+    // Only from a real-time policy: a process of the policy idle may not leave it.
+    if (!has_real_time_policy()) return 0;
+    const sched_param ordinary{};
+    posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
+    posix_spawnattr_setschedparam(&attributes, &ordinary);
+    return POSIX_SPAWN_SETSCHEDULER;
+}
+
+int make_pipe(int (&ends)[2]) { return pipe2(ends, O_CLOEXEC); }
+
+/// Processor time of a process, or 0: one that another thread of the host has waited for has no
+/// clock.
+std::chrono::nanoseconds processor_time_of(int id) {
+    clockid_t clock{};
+    timespec time{};
+    if (clock_getcpuclockid(id, &clock) != 0 || clock_gettime(clock, &time) != 0) return {};
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+#endif
+
+/// Where the program finds its libraries, as kLibraryFolders: in the folders in which the binary
 /// that contains this code finds its own. The program itself, in memory, has no $ORIGIN.
 std::string library_folders() {
-    const char* const inherited = std::getenv("LD_LIBRARY_PATH");
+    const char* const inherited = std::getenv(kLibraryFolders);
     std::string folders = inherited != nullptr ? inherited : "";
     const std::string own = run_path();
     if (!folders.empty() && !own.empty()) folders += ':';
@@ -99,7 +201,8 @@ std::string library_folders() {
 }
 
 /// Starts the program that reads `input` and writes to `output`. Returns 0, or an error.
-int start(const Descriptor& program, const Descriptor& input, const Descriptor& output, pid_t& id) {
+int start(const std::string& program, const Descriptor& input, const Descriptor& output,
+          pid_t& id) {
     posix_spawn_file_actions_t files;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, input.number(), STDIN_FILENO);
@@ -113,24 +216,18 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
     posix_spawnattr_setsigmask(&attributes, &signals);
     sigfillset(&signals);
     posix_spawnattr_setsigdefault(&attributes, &signals);
-    short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
-    // Only from a real-time policy: a process of the policy idle may not leave it.
-    if (has_real_time_policy()) {
-        const sched_param ordinary{};
-        posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
-        posix_spawnattr_setschedparam(&attributes, &ordinary);
-        flags |= POSIX_SPAWN_SETSCHEDULER;
-    }
-    posix_spawnattr_setflags(&attributes, flags);
-    const std::string path = "/proc/self/fd/" + std::to_string(program.number());
+    const short scheduling = scheduling_of(attributes);
+    posix_spawnattr_setflags(&attributes, static_cast<short>(POSIX_SPAWN_SETSIGMASK |
+                                                             POSIX_SPAWN_SETSIGDEF | scheduling));
     std::string name = kName;
     char* const arguments[] = {name.data(), nullptr};
     // Of the environment only what finds the libraries: preloaded libraries and settings of
     // malloc() and HDF5 may need system calls that are forbidden to the process.
     const std::string folders = library_folders();
-    std::string libraries = "LD_LIBRARY_PATH=" + folders;
+    std::string libraries = kLibraryFolders + ("=" + folders);
     char* const environment[] = {folders.empty() ? nullptr : libraries.data(), nullptr};
-    const int error = posix_spawn(&id, path.c_str(), &files, &attributes, arguments, environment);
+    const int error =
+        posix_spawn(&id, program.c_str(), &files, &attributes, arguments, environment);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;
@@ -139,7 +236,11 @@ int start(const Descriptor& program, const Descriptor& input, const Descriptor& 
 }  // namespace
 
 const char* const ChildProcess::kNeeds =
+#if defined(__APPLE__)
+    "a folder for temporary files, and limits that allow it";
+#else
     "/proc, memory that may be executed, and limits that allow it";
+#endif
 
 struct ChildProcess::State {
     std::optional<Descriptor> output;
@@ -161,11 +262,11 @@ struct ChildProcess::State {
 ChildProcess::ChildProcess(const ContainedProgram& program, const Descriptor& input)
     : state_(std::make_unique<State>()) {
     int ends[2] = {-1, -1};
-    if (pipe2(ends, O_CLOEXEC) != 0) fail_start(errno);
+    if (make_pipe(ends) != 0) fail_start(errno);
     state_->output.emplace(ends[0]);
     const Descriptor to(ends[1]);
-    const Descriptor executable = open_program(program);
-    if (const int error = start(executable, input, to, state_->id)) fail_start(error);
+    const ProgramFile executable(program);
+    if (const int error = start(executable.path(), input, to, state_->id)) fail_start(error);
 }
 
 ChildProcess::~ChildProcess() { state_->end(); }
@@ -185,11 +286,7 @@ std::size_t ChildProcess::read(void* bytes, std::size_t size) {
 }
 
 std::chrono::nanoseconds ChildProcess::processor_time() const {
-    clockid_t clock{};
-    timespec time{};
-    // A process that another thread of the host has waited for has no clock.
-    if (clock_getcpuclockid(state_->id, &clock) != 0 || clock_gettime(clock, &time) != 0) return {};
-    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+    return processor_time_of(state_->id);
 }
 
 ChildProcess::End ChildProcess::end() {

@@ -1,16 +1,20 @@
 #include "process/contained_program.h"
 
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#if defined(__APPLE__)
+#include <sandbox.h>
+#else
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/futex.h>
 #include <linux/landlock.h>
 #include <linux/seccomp.h>
-#include <sys/mman.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
 #include <sys/syscall.h>
-#include <unistd.h>
+#endif
 
 #include <cerrno>
 #include <csignal>
@@ -19,6 +23,24 @@
 #include <new>
 
 namespace aula {
+
+#if defined(__APPLE__)
+
+void close_descriptors() {
+    close(STDIN_FILENO);
+    for (int other = STDERR_FILENO + 1; other < getdtablesize(); ++other) close(other);
+}
+
+void end_with_parent() {}
+
+void forbid_files() {
+    char* error = nullptr;
+    sandbox_init(kSBXProfilePureComputation, SANDBOX_NAMED, &error);
+}
+
+void filter_calls() {}
+
+#else
 
 namespace {
 
@@ -107,36 +129,12 @@ class CallFilter {
 
 }  // namespace
 
-std::span<const std::byte> map_input() {
-    struct stat status {};
-    if (fstat(STDIN_FILENO, &status) != 0) std::_Exit(kNotMapped);
-    if (status.st_size == 0) return {};
-    const auto size = static_cast<std::size_t>(status.st_size);
-    void* const file = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
-    if (file == MAP_FAILED) std::_Exit(kNotMapped);
-    return {static_cast<const std::byte*>(file), size};
-}
-
 void close_descriptors() {
     close(STDIN_FILENO);
     syscall(SYS_close_range, unsigned{STDERR_FILENO + 1}, ~0U, 0U);
 }
 
-void limit_resources(std::size_t mapped_bytes, unsigned time_s) {
-    const auto limit = [](__rlimit_resource resource, rlim_t soft, rlim_t hard) {
-        const rlimit limits{soft, hard};
-        setrlimit(resource, &limits);
-    };
-    const rlim_t memory = mapped_bytes + kContainedMemory_bytes;
-    limit(RLIMIT_AS, memory, memory);
-    // SIGXCPU at the first limit says why; SIGKILL at the second one cannot be ignored.
-    limit(RLIMIT_CPU, time_s, rlim_t{time_s} + 1);
-    limit(RLIMIT_CORE, 0, 0);
-    limit(RLIMIT_FSIZE, 0, 0);
-    limit(RLIMIT_NOFILE, 0, 0);
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    std::set_new_handler([] { std::_Exit(kOutOfMemory); });
-}
+void end_with_parent() { prctl(PR_SET_PDEATHSIG, SIGKILL); }
 
 void forbid_files() {
     // The first sizes and bits of each version; a kernel refuses those that it does not know.
@@ -182,6 +180,34 @@ void filter_calls() {
 #endif
     prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
     filter.install();
+}
+
+#endif
+
+std::span<const std::byte> map_input() {
+    struct stat status {};
+    if (fstat(STDIN_FILENO, &status) != 0) std::_Exit(kNotMapped);
+    if (status.st_size == 0) return {};
+    const auto size = static_cast<std::size_t>(status.st_size);
+    void* const file = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, STDIN_FILENO, 0);
+    if (file == MAP_FAILED) std::_Exit(kNotMapped);
+    return {static_cast<const std::byte*>(file), size};
+}
+
+void limit_resources(std::size_t mapped_bytes, unsigned time_s) {
+    const auto limit = [](auto resource, rlim_t soft, rlim_t hard) {
+        const rlimit limits{soft, hard};
+        setrlimit(resource, &limits);
+    };
+    const rlim_t memory = mapped_bytes + kContainedMemory_bytes;
+    limit(RLIMIT_AS, memory, memory);
+    // SIGXCPU at the first limit says why; SIGKILL at the second one cannot be ignored.
+    limit(RLIMIT_CPU, time_s, rlim_t{time_s} + 1);
+    limit(RLIMIT_CORE, 0, 0);
+    limit(RLIMIT_FSIZE, 0, 0);
+    limit(RLIMIT_NOFILE, 0, 0);
+    end_with_parent();
+    std::set_new_handler([] { std::_Exit(kOutOfMemory); });
 }
 
 std::span<const std::byte> contain() {

@@ -4,9 +4,13 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#if defined(__APPLE__)
+#include <mach-o/dyld.h>
+#endif
 
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <system_error>
@@ -26,8 +30,49 @@ int checked(int descriptor) {
     return descriptor;
 }
 
+/// What file systems and kernels say of calls that they do not support.
+bool is_unsupported(int error) { return error == EINVAL || error == ENOSYS || error == ENOTSUP; }
+
 int open_folder(const std::filesystem::path& folder) {
     return open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+/// fsync(), which on macOS leaves the bytes to the cache of the disk.
+int flush(int descriptor) {
+#if defined(__APPLE__)
+    return fcntl(descriptor, F_FULLFSYNC);
+#else
+    return fsync(descriptor);
+#endif
+}
+
+/// Renames, unless the name is taken. Returns 0, or -1 and errno.
+int rename_exclusively(const char* from, const char* to) {
+#if defined(__APPLE__)
+    return renamex_np(from, to, RENAME_EXCL);
+#else
+    return renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_NOREPLACE);
+#endif
+}
+
+int exchange(const char* one, const char* other) {
+#if defined(__APPLE__)
+    return renamex_np(one, other, RENAME_SWAP);
+#else
+    return renameat2(AT_FDCWD, one, AT_FDCWD, other, RENAME_EXCHANGE);
+#endif
+}
+
+/// Creates a file in memory, or on macOS, which has none, a temporary file without a name.
+int create_anonymous() {
+#if defined(__APPLE__)
+    std::string name = (std::filesystem::temp_directory_path() / "aula-XXXXXX").string();
+    const int descriptor = mkostemp(name.data(), O_CLOEXEC);
+    if (descriptor >= 0) unlink(name.c_str());
+    return descriptor;
+#else
+    return memfd_create("aula", MFD_CLOEXEC);
+#endif
 }
 
 /// Whether an open file still has the name.
@@ -56,7 +101,16 @@ void Descriptor::reset() {
 }
 
 std::filesystem::path program_file(std::error_code& error) {
+#if defined(__APPLE__)
+    std::array<char, 4096> name{};
+    std::uint32_t size = name.size();
+    if (_NSGetExecutablePath(name.data(), &size) == 0)
+        return std::filesystem::canonical(name.data(), error);
+    error = std::make_error_code(std::errc::filename_too_long);
+    return {};
+#else
     return std::filesystem::read_symlink("/proc/self/exe", error);
+#endif
 }
 
 std::size_t most_open_files() {
@@ -89,7 +143,7 @@ std::optional<int> create_file(const std::filesystem::path& file, bool replaces)
 }
 
 Descriptor anonymous_file(std::string_view bytes) {
-    Descriptor file(checked(memfd_create("aula", MFD_CLOEXEC)));
+    Descriptor file(checked(create_anonymous()));
     write_all(file.number(), bytes);
     return file;
 }
@@ -124,7 +178,7 @@ void close_file(int descriptor) {
 }
 
 void flush_file(int descriptor) {
-    if (fsync(descriptor) != 0 && errno != EINVAL && errno != ENOSYS) fail(errno);
+    if (flush(descriptor) != 0 && !is_unsupported(errno)) fail(errno);
     // Closing a duplicate reports late errors as closing the file does; the lock, which keeps other
     // processes from removing the file, ends with the last descriptor.
     close_file(checked(fcntl(descriptor, F_DUPFD_CLOEXEC, 0)));
@@ -133,7 +187,12 @@ void flush_file(int descriptor) {
 void flush_files(const std::filesystem::path& folder) {
     // Of the whole file system: one by one takes longer.
     const int descriptor = checked(open_folder(folder));
+#if defined(__APPLE__)
+    sync();  // of all file systems
+    const bool flushed = flush(descriptor) == 0 || is_unsupported(errno);
+#else
     const bool flushed = syncfs(descriptor) == 0;
+#endif
     const int error = errno;
     close(descriptor);
     if (!flushed) fail(error);
@@ -145,7 +204,7 @@ void flush_names(const std::filesystem::path& folder) {
     if (descriptor < 0 && errno == EACCES) return;
     checked(descriptor);
     // Some file systems do not support it.
-    const bool flushed = fsync(descriptor) == 0 || errno == EINVAL || errno == ENOSYS;
+    const bool flushed = flush(descriptor) == 0 || is_unsupported(errno);
     const int error = errno;
     close(descriptor);
     if (!flushed) fail(error);
@@ -163,7 +222,8 @@ void copy_folder_permissions(const std::filesystem::path& folder, const std::fil
     constexpr mode_t kPermissions = 07777;
     struct stat status {};
     if (stat(from.c_str(), &status) != 0) return;
-    const mode_t mode = (status.st_mode & kPermissions) | (usable ? S_IRWXU : 0U);
+    mode_t mode = status.st_mode & kPermissions;
+    if (usable) mode |= S_IRWXU;
     if (chmod(folder.c_str(), mode) != 0) fail(errno);
 }
 
@@ -185,17 +245,17 @@ void rename_flushed(const std::filesystem::path& from, const std::filesystem::pa
 }
 
 bool rename_to_free_name(const std::filesystem::path& from, const std::filesystem::path& to) {
-    if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return true;
+    if (rename_exclusively(from.c_str(), to.c_str()) == 0) return true;
     if (errno == EEXIST) return false;
     // Some file systems and kernels do not support the flag.
-    if (errno != EINVAL && errno != ENOSYS) fail(errno);
+    if (!is_unsupported(errno)) fail(errno);
     if (has_entry(to)) return false;
     std::filesystem::rename(from, to);
     return true;
 }
 
 bool exchange_names(const std::filesystem::path& one, const std::filesystem::path& other) noexcept {
-    return renameat2(AT_FDCWD, one.c_str(), AT_FDCWD, other.c_str(), RENAME_EXCHANGE) == 0;
+    return exchange(one.c_str(), other.c_str()) == 0;
 }
 
 NameLock lock_name(int descriptor, const std::filesystem::path& name) {
