@@ -137,9 +137,13 @@ static int make_room(CSOUND *csound, opcode_room *p) {
     const int has_output = csound->GetInputArgCnt(p) > 1;
     const char *output = has_output ? p->output->data : "binaural";
     const MYFLT clock = has_output ? *p->clock : -1;
+    OPARMS csound_options;
     char *found;
     room *r;
     int result;
+    csound->GetOParms(csound, &csound_options);
+    if (csound_options.realtime) /* notes begin in one thread and play in another */
+        return csound->InitError(csound, "--realtime is not supported");
     if (list == NULL) {
         csound->CreateGlobalVariable(csound, list_name, sizeof(room_list));
         list = csound->QueryGlobalVariable(csound, list_name);
@@ -214,7 +218,8 @@ static int play(CSOUND *csound, opcode_aula *p) {
     aula_signal *signals = p->signals.auxp;
     float *samples = p->samples.auxp, *outputs[MOST_OUTPUTS];
     int result;
-    if (r == NULL || r->player != p) return csound->PerfError(csound, &p->h, "the room has ended");
+    if (r == NULL || r->player != p)
+        return csound->PerfError(csound, &p->h, "the room has ended, or plays another aula");
     for (int s = 0; s < r->source_count; ++s, samples += CS_KSMPS) {
         signals[s].source = (aula_source)s + 1;
         signals[s].samples = samples;
@@ -256,11 +261,14 @@ static int move(CSOUND *csound, OPDS *h, MYFLT *const *numbers, mover *m) {
 
 static int begin_source(CSOUND *csound, opcode_source *p) {
     const room *r = find_room(csound, *p->number);
+    aula_source source;
+    p->mover.room = 0; /* nothing moves after an error in a pass of reinit */
     if (r == NULL) return no_room(csound, *p->number);
-    p->mover.room = r->number;
-    p->mover.is_set = 0;
-    if (aula_scene_find_source(r->scene, p->name->data, &p->mover.source) != AULA_OK)
+    if (aula_scene_find_source(r->scene, p->name->data, &source) != AULA_OK)
         return csound->InitError(csound, "%s", aula_message());
+    p->mover.room = r->number;
+    p->mover.source = source;
+    p->mover.is_set = 0;
     return OK;
 }
 
@@ -270,10 +278,11 @@ static int move_source(CSOUND *csound, opcode_source *p) {
 
 static int begin_listener(CSOUND *csound, opcode_listener *p) {
     const room *r = find_room(csound, *p->number);
+    p->mover.room = 0;
     if (r == NULL) return no_room(csound, *p->number);
     p->mover.room = r->number;
-    p->mover.is_set = 0;
     p->mover.source = 0;
+    p->mover.is_set = 0;
     return OK;
 }
 

@@ -1,11 +1,11 @@
-#include <pthread.h>
-#include <sched.h>
-#include <unistd.h>
 #if defined(__APPLE__)
 #include <pthread/qos.h>
 #else
+#include <pthread.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
+#include <unistd.h>
 #endif
 
 #include <algorithm>
@@ -14,6 +14,21 @@
 #include "aula/audio/realtime.h"
 
 namespace aula {
+
+#if defined(__APPLE__)
+
+// The threads of CoreAudio have the priority, others cannot take it.
+bool take_realtime_priority() noexcept { return false; }
+
+void lower_priority(int) noexcept { pthread_set_qos_class_self_np(QOS_CLASS_UTILITY, 0); }
+
+// Threads do not inherit it.
+void leave_realtime() noexcept {}
+
+RealtimePriority::RealtimePriority() noexcept = default;
+RealtimePriority::~RealtimePriority() = default;
+
+#else
 
 bool take_realtime_priority() noexcept {
     // Above JACK's threads (10 by default, its clients 5).
@@ -27,17 +42,6 @@ bool take_realtime_priority() noexcept {
     parameters.sched_priority = kPriority;
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
-
-#if defined(__APPLE__)
-
-// A nice value is the whole process's.
-void lower_priority(int) noexcept { pthread_set_qos_class_self_np(QOS_CLASS_UTILITY, 0); }
-
-namespace {
-bool is_realtime(int policy) { return policy == SCHED_FIFO || policy == SCHED_RR; }
-}  // namespace
-
-#else
 
 // A running thread finishes its slice before a woken thread preempts it. Linux from 6.12 on takes
 // the slice length from sched_setattr(2); earlier versions ignore it.
@@ -61,19 +65,11 @@ void lower_priority(int nice) noexcept {
     if (syscall(SYS_sched_setattr, 0, &attributes, 0U) != 0) setpriority(PRIO_PROCESS, 0, nice);
 }
 
-namespace {
-bool is_realtime(int policy) {
-    return policy != SCHED_OTHER && policy != SCHED_BATCH && policy != SCHED_IDLE;
-}
-}  // namespace
-
-#endif
-
 void leave_realtime() noexcept {
     int policy = SCHED_OTHER;
     sched_param parameters{};
     if (pthread_getschedparam(pthread_self(), &policy, &parameters) != 0) return;
-    if (!is_realtime(policy)) return;
+    if (policy == SCHED_OTHER || policy == SCHED_BATCH || policy == SCHED_IDLE) return;
     parameters.sched_priority = 0;
     pthread_setschedparam(pthread_self(), SCHED_OTHER, &parameters);
 }
@@ -90,5 +86,7 @@ RealtimePriority::~RealtimePriority() {
     before.sched_priority = priority_;
     pthread_setschedparam(pthread_self(), policy_, &before);
 }
+
+#endif
 
 }  // namespace aula

@@ -41,42 +41,58 @@ std::string_view bytes_of(std::span<const std::byte> program) {
 
 #if defined(__APPLE__)
 
-/// A program as a file, which was written for it and is removed with this object, or is there.
-class ProgramFile {
+/// An executable temporary file, which is removed with this object.
+class TemporaryProgram {
  public:
-    explicit ProgramFile(const ContainedProgram& program) {
-        if (const auto* const file = std::get_if<std::filesystem::path>(&program)) {
-            path_ = file->string();
-            return;
+    explicit TemporaryProgram(std::span<const std::byte> program)
+        : path_((std::filesystem::temp_directory_path() / "aula-XXXXXX").string()),
+          opened_(mkostemp(path_.data(), O_CLOEXEC)) {
+        if (opened_.number() < 0) fail_start(errno);
+        try {
+            write_all(opened_.number(), bytes_of(program));
+            if (fchmod(opened_.number(), S_IRWXU) != 0) fail_start(errno);
+            opened_.reset();  // a file that is open for writing cannot be executed
+        } catch (...) {
+            unlink(path_.c_str());
+            throw;
         }
-        path_ = (std::filesystem::temp_directory_path() / "aula-XXXXXX").string();
-        const int number = mkostemp(path_.data(), O_CLOEXEC);
-        if (number < 0) fail_start(errno);
-        is_ours_ = true;
-        const Descriptor made(number);
-        write_all(made.number(), bytes_of(std::get<0>(program)));
-        if (fchmod(made.number(), S_IRWXU) != 0) fail_start(errno);
     }
-    ~ProgramFile() {
-        if (is_ours_) unlink(path_.c_str());
-    }
-    ProgramFile(const ProgramFile&) = delete;
-    ProgramFile& operator=(const ProgramFile&) = delete;
+    ~TemporaryProgram() { unlink(path_.c_str()); }
+    TemporaryProgram(const TemporaryProgram&) = delete;
+    TemporaryProgram& operator=(const TemporaryProgram&) = delete;
 
     const std::string& path() const { return path_; }
 
  private:
     std::string path_;
-    bool is_ours_ = false;
+    Descriptor opened_;
+};
+
+/// A program as a file: the given one, or one that is written here.
+class ProgramFile {
+ public:
+    explicit ProgramFile(const ContainedProgram& program) {
+        if (const auto* const file = std::get_if<std::filesystem::path>(&program))
+            path_ = file->string();
+        else
+            path_ = temporary_.emplace(std::get<0>(program)).path();
+    }
+
+    const std::string& path() const { return path_; }
+
+ private:
+    std::optional<TemporaryProgram> temporary_;
+    std::string path_;
 };
 
 constexpr const char* kLibraryFolders = "DYLD_LIBRARY_PATH";
 
-/// The names of libraries that a binary needs are paths on macOS.
+/// The names of libraries that a binary needs are absolute on macOS, or in the run path of the
+/// program; @loader_path, the folder of the temporary file, is not supported.
 std::string run_path() { return ""; }
 
-/// A new process has no real-time priority, and inherits only what adddup2() gives it.
-short scheduling_of(posix_spawnattr_t&) { return POSIX_SPAWN_CLOEXEC_DEFAULT; }
+/// A new process has no real-time priority. It inherits only what adddup2() gives it.
+short spawn_flags(posix_spawnattr_t&) { return POSIX_SPAWN_CLOEXEC_DEFAULT; }
 
 int make_pipe(int (&ends)[2]) {
     if (pipe(ends) != 0) return -1;
@@ -167,8 +183,8 @@ std::string run_path() {
     return folders;
 }
 
-/// Takes the new process out of a real-time policy. Returns flags of it.
-short scheduling_of(posix_spawnattr_t& attributes) {
+/// Takes the new process out of a real-time policy. Returns flags for posix_spawnattr_setflags().
+short spawn_flags(posix_spawnattr_t& attributes) {
     // Only from a real-time policy: a process of the policy idle may not leave it.
     if (!has_real_time_policy()) return 0;
     const sched_param ordinary{};
@@ -216,9 +232,9 @@ int start(const std::string& program, const Descriptor& input, const Descriptor&
     posix_spawnattr_setsigmask(&attributes, &signals);
     sigfillset(&signals);
     posix_spawnattr_setsigdefault(&attributes, &signals);
-    const short scheduling = scheduling_of(attributes);
-    posix_spawnattr_setflags(&attributes, static_cast<short>(POSIX_SPAWN_SETSIGMASK |
-                                                             POSIX_SPAWN_SETSIGDEF | scheduling));
+    const short system = spawn_flags(attributes);
+    posix_spawnattr_setflags(
+        &attributes, static_cast<short>(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | system));
     std::string name = kName;
     char* const arguments[] = {name.data(), nullptr};
     // Of the environment only what finds the libraries: preloaded libraries and settings of

@@ -14,11 +14,12 @@
 namespace aula {
 
 /// A child process that reads an untrusted file by a library whose parser may loop, crash or
-/// allocate without limit. Its program is embedded in the host's and executed from memory, or is a
-/// file, and confines itself (contain()). It reads the file from standard input and answers on
-/// standard output; on Linux its environment holds LD_LIBRARY_PATH only, with the folders in which
-/// the host's binary finds its libraries. On Windows a job limits its memory and processor time,
-/// and forbids it further processes. The destructor ends it.
+/// allocate without limit. Its program is embedded in the host's and executed from memory, on
+/// macOS from a temporary file, or is a file, and confines itself (contain()). It reads the file
+/// from standard input and answers on standard output; on Linux its environment holds
+/// LD_LIBRARY_PATH only, with the folders in which the host's binary finds its libraries. On
+/// Windows a job limits its memory and processor time, and forbids it further processes. The
+/// destructor ends it.
 class ContainedProcess {
  public:
     /// Starts the program. Throws InputError, with what was expected, unless `file` is a regular

@@ -20,9 +20,9 @@ inline constexpr int kOutOfMemory = 5;  // not 3, with which abort() ends on Win
 inline constexpr int kNotMapped = 4;
 
 // contain() does all of the following on Linux. On macOS there is no filter of calls; instead of
-// Landlock its sandbox allows computation only, and nothing limits the memory. On Windows, where
-// the job of the ChildProcess limits memory, processor time and processes, it maps the file and
-// gives the process the lowest integrity: it may write to no file.
+// Landlock the sandbox of the system allows computation only, unless the host is in one. On
+// Windows, where the job of the ChildProcess limits memory, processor time and processes, it maps
+// the file and gives the process the lowest integrity: it may write to no file.
 
 /// The file on standard input, mapped. If it cannot be mapped the program ends with the status
 /// kNotMapped.
@@ -35,9 +35,6 @@ void close_descriptors();
 /// Limits memory, processor time and sizes of files, and allows no new descriptor. Without memory
 /// the program ends with the status kOutOfMemory.
 void limit_resources(std::size_t mapped_bytes, unsigned time_s = kContainedTime_s);
-
-/// Makes the process end with the one that has started it, on Linux.
-void end_with_parent();
 
 /// Forbids access to all files that are not open, and to networks, by Landlock. A kernel without
 /// Landlock changes nothing.

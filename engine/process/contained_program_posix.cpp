@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #if defined(__APPLE__)
+#include <mach/mach.h>
 #include <sandbox.h>
 #else
 #include <linux/audit.h>
@@ -26,16 +27,30 @@ namespace aula {
 
 #if defined(__APPLE__)
 
-void close_descriptors() {
-    close(STDIN_FILENO);
-    for (int other = STDERR_FILENO + 1; other < getdtablesize(); ++other) close(other);
+namespace {
+
+/// XNU refuses limits below what is mapped, with gigabytes of shared libraries.
+rlim_t memory_limit(std::size_t) {
+    mach_task_basic_info task{};
+    mach_msg_type_number_t size = MACH_TASK_BASIC_INFO_COUNT;
+    task_info(mach_task_self(), MACH_TASK_BASIC_INFO, reinterpret_cast<task_info_t>(&task), &size);
+    return task.virtual_size + kContainedMemory_bytes;
 }
 
 void end_with_parent() {}
 
+}  // namespace
+
+// POSIX_SPAWN_CLOEXEC_DEFAULT has left no others.
+void close_descriptors() { close(STDIN_FILENO); }
+
 void forbid_files() {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // without a successor
     char* error = nullptr;
-    sandbox_init(kSBXProfilePureComputation, SANDBOX_NAMED, &error);
+    if (sandbox_init(kSBXProfilePureComputation, SANDBOX_NAMED, &error) != 0)
+        sandbox_free_error(error);
+#pragma GCC diagnostic pop
 }
 
 void filter_calls() {}
@@ -127,14 +142,16 @@ class CallFilter {
     std::vector<sock_filter> statements_;
 };
 
+rlim_t memory_limit(std::size_t mapped_bytes) { return mapped_bytes + kContainedMemory_bytes; }
+
+void end_with_parent() { prctl(PR_SET_PDEATHSIG, SIGKILL); }
+
 }  // namespace
 
 void close_descriptors() {
     close(STDIN_FILENO);
     syscall(SYS_close_range, unsigned{STDERR_FILENO + 1}, ~0U, 0U);
 }
-
-void end_with_parent() { prctl(PR_SET_PDEATHSIG, SIGKILL); }
 
 void forbid_files() {
     // The first sizes and bits of each version; a kernel refuses those that it does not know.
@@ -199,7 +216,7 @@ void limit_resources(std::size_t mapped_bytes, unsigned time_s) {
         const rlimit limits{soft, hard};
         setrlimit(resource, &limits);
     };
-    const rlim_t memory = mapped_bytes + kContainedMemory_bytes;
+    const rlim_t memory = memory_limit(mapped_bytes);
     limit(RLIMIT_AS, memory, memory);
     // SIGXCPU at the first limit says why; SIGKILL at the second one cannot be ignored.
     limit(RLIMIT_CPU, time_s, rlim_t{time_s} + 1);

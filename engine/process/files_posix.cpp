@@ -31,19 +31,24 @@ int checked(int descriptor) {
 }
 
 /// What file systems and kernels say of calls that they do not support.
-bool is_unsupported(int error) { return error == EINVAL || error == ENOSYS || error == ENOTSUP; }
+bool is_unsupported(int error) {
+#if defined(__APPLE__)
+    if (error == ENOTSUP) return true;
+#endif
+    return error == EINVAL || error == ENOSYS;
+}
 
 int open_folder(const std::filesystem::path& folder) {
     return open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
 
-/// fsync(), which on macOS leaves the bytes to the cache of the disk.
+/// fsync(), which on macOS leaves the bytes to the cache of the disk, unless the file system has no
+/// better.
 int flush(int descriptor) {
 #if defined(__APPLE__)
-    return fcntl(descriptor, F_FULLFSYNC);
-#else
-    return fsync(descriptor);
+    if (fcntl(descriptor, F_FULLFSYNC) == 0) return 0;
 #endif
+    return fsync(descriptor);
 }
 
 /// Renames, unless the name is taken. Returns 0, or -1 and errno.
@@ -188,8 +193,7 @@ void flush_files(const std::filesystem::path& folder) {
     // Of the whole file system: one by one takes longer.
     const int descriptor = checked(open_folder(folder));
 #if defined(__APPLE__)
-    sync();  // of all file systems
-    const bool flushed = flush(descriptor) == 0 || is_unsupported(errno);
+    const bool flushed = fsync_volume_np(descriptor, SYNC_VOLUME_FULLSYNC | SYNC_VOLUME_WAIT) == 0;
 #else
     const bool flushed = syncfs(descriptor) == 0;
 #endif

@@ -12,14 +12,14 @@ namespace aula {
 
 /// Requests real-time priority (SCHED_FIFO; on Windows THREAD_PRIORITY_TIME_CRITICAL) for this
 /// thread unless it already has it. Returns true if the thread then has it; Linux refuses it
-/// without the privilege. Call it once at the start of an audio thread.
+/// without the privilege, and macOS always. Call it once at the start of an audio thread.
 bool take_realtime_priority() noexcept;
 
 /// Raises the nice value (nice(2)) of this thread to at least `nice`, 0 to 19, and shortens its
 /// time slices, so that a sound server of the same session is scheduled sooner. Threads that it
 /// starts later inherit both. Does nothing if the thread has real-time or idle priority. Cannot be
-/// reverted without privileges. On Windows the thread has THREAD_PRIORITY_BELOW_NORMAL, and the
-/// threads that it starts do not.
+/// reverted without privileges. On Windows the thread has THREAD_PRIORITY_BELOW_NORMAL, on macOS
+/// QOS_CLASS_UTILITY, and the threads that it starts do not.
 void lower_priority(int nice) noexcept;
 
 /// Gives up real-time priority that this thread has inherited: a thread starts with the scheduling

@@ -7,3 +7,4 @@
 
 extern "C" const char kSBXProfilePureComputation[];
 extern "C" int sandbox_init(const char* profile, std::uint64_t flags, char** error);
+extern "C" void sandbox_free_error(char* error);
