@@ -111,8 +111,8 @@ TEST_CASE("A room in Csound waits for the propagation only where sound goes to a
     if (!has("csound")) return;
     const TemporaryFolder folder;
     write_two_sounds(folder);
-    // The first frame takes about a tenth of a second: longer than the bound below, and less than the
-    // whole piece where Csound does not wait.
+    // The first frame takes about a tenth of a second: longer than the bound below, and less than
+    // the whole piece where Csound does not wait.
     std::string scene = read_file(folder.path() / "room.json");
     const std::string rays = "\"rays\": 100,";
     scene.replace(scene.find(rays), rays.size(), "\"rays\": 10000,");
