@@ -182,13 +182,15 @@ ResponseSplitter::Peak ResponseSplitter::peak_near(double lag_samples, double re
     // At the ends of the reach there may be none.
     const bool is_maximum = at(peak) >= std::max(before, after) && curvature < 0;
     if (!is_maximum) return {at(peak), sample};
-    // The parabola through the three samples has its vertex within 0.1 samples of the maximum.
+    // The vertex of the parabola through the three samples is near the maximum: within 0.06 samples
+    // for the default head.
     const double vertex = 0.5 * (before - after) / curvature;
     return {at(peak), std::clamp(refined(sample + vertex), sample - 1, sample + 1)};
 }
 
 /// The extremum of the correlation, the sum over the bins of cross_ exp(i w lag), by Newton's
-/// method. The small differences of samples in a narrow band, which rounding changes, have no part.
+/// method. In a narrow band neighbouring samples are nearly equal, and rounding changes their
+/// differences: these are not used.
 double ResponseSplitter::refined(double lag_samples) const {
     constexpr int kNewtonSteps = 2;  // each doubles the digits: from 0.1 samples to 1e-4
     const double bin_rad = 2 * std::numbers::pi / static_cast<double>(size_);

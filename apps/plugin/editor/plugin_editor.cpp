@@ -237,8 +237,7 @@ void PluginEditor::hide() {
 
 void PluginEditor::idle() {
     const HostGuard guard;
-    // The threads of Mesa's llvmpipe do not survive that a window is drawn which the host has
-    // destroyed.
+    // Mesa's llvmpipe crashes if it draws to a window that the host has destroyed.
     if (!is_window(puglGetNativeWorld(state_->world), window())) return;
     puglUpdate(state_->world, 0);
 }
