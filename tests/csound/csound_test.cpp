@@ -206,7 +206,7 @@ TEST_CASE("A note in Csound plays and ends its own room, whatever its variable h
     INFO(result.err);
     CHECK(result.status == 0);
 
-    // Another instrument looks for rooms that have ended: one error for each of its notes.
+    // Another instrument uses rooms that have ended: one error for each of its notes.
     const std::string look = "\nendin\ninstr 2\na1, a2 aula p4, a(0), a(0)\nouts a1, a2";
     const std::string overwritten = R"(
         iRoom aularoom "room.json"
