@@ -14,7 +14,6 @@ namespace aula {
 namespace {
 
 constexpr int kBatchRays = 128;
-constexpr std::size_t kParts = 8;  // of hits, each summed separately
 
 /// Russian roulette applies to a mirror ray below this weight in every band.
 constexpr float kRouletteWeight = 0.7F;
@@ -292,18 +291,18 @@ void GatheredEnergy::add(const std::vector<GatherHit>& hits, const PatchCache& c
     if (cache.emitted() == 0) return;
     gathers_.push_back(
         {hits, cache, static_cast<float>(share / static_cast<double>(cache.emitted()))});
-    parts_.resize(gathers_.size() * kParts);
+    parts_.resize(gathers_.size() * divisions_);
 }
 
 void GatheredEnergy::sum(std::size_t part) {
-    const auto& [hits, cache, scale] = gathers_[part / kParts];
+    const auto& [hits, cache, scale] = gathers_[part / divisions_];
     const TimeBins& bins = response_.bins;
     const std::size_t late_bin = bins.index(kLate_s);
-    const std::size_t chunk = part % kParts;
+    const std::size_t chunk = part % divisions_;
     ShiftedHistogram& sum = parts_[part].emplace(bins);
     std::uint64_t bin_count = 0;
-    for (std::size_t i = hits.size() * chunk / kParts; i < hits.size() * (chunk + 1) / kParts;
-         ++i) {
+    for (std::size_t i = hits.size() * chunk / divisions_;
+         i < hits.size() * (chunk + 1) / divisions_; ++i) {
         const double delay_s = double{hits[i].length_m} / double{response_.speed_of_sound_m_s};
         bin_count += add_hit(hits[i], cache, late_bin, delay_s, scale, sum);
     }
@@ -313,7 +312,7 @@ void GatheredEnergy::sum(std::size_t part) {
         for (std::size_t k = 0; k < bins.count(); ++k) {
             Bands energy;
             DirectionMoments directions;
-            for (std::size_t p = g * kParts; p < (g + 1) * kParts; ++p) {
+            for (std::size_t p = g * divisions_; p < (g + 1) * divisions_; ++p) {
                 energy += parts_[p]->energy(k);
                 directions += parts_[p]->directions(k);
             }

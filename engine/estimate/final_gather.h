@@ -76,8 +76,9 @@ class FinalGather {
 /// are those of the hits or, for a listener's cache, those stored in the cache.
 class GatheredEnergy {
  public:
-    /// The response must outlive it.
-    explicit GatheredEnergy(EnergyResponse& response) : response_(response) {}
+    /// The response must outlive it. The hits of each gather are summed in `divisions` parts.
+    GatheredEnergy(EnergyResponse& response, std::size_t divisions)
+        : response_(response), divisions_(divisions) {}
 
     /// Takes `share` times the energy that the patches radiate. The hits, which may follow after
     /// this call, and the cache must remain unchanged while parts are summed.
@@ -99,6 +100,7 @@ class GatheredEnergy {
         float scale;
     };
     EnergyResponse& response_;
+    std::size_t divisions_;
     std::vector<Gather> gathers_;
     std::vector<std::optional<ShiftedHistogram>> parts_;  ///< those of each gather in turn
     std::atomic<std::size_t> parts_summed_ = 0;

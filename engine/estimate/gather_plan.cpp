@@ -45,10 +45,17 @@ constexpr double kMinShare = 0.1;
 constexpr std::size_t kPairsAtRestPerFrame = 2;
 
 /// Number of rays of a gather in motion, `share` per ray of an emitter.
-int rays_in_motion(int rays, bool scene_moved, double share, int fewest) {
+double rays_in_motion(int rays, bool scene_moved, double share, int fewest) {
     if (scene_moved) return kMost;
     const int lowest = std::min(fewest, kMostPerRay * rays);
-    return static_cast<int>(std::clamp(share * rays, double(lowest), double{kMost}));
+    return std::clamp(share * rays, double(lowest), double{kMost});
+}
+
+/// What gathers in motion have of their rays where `pairs` of them have one each: with n pairs the
+/// cost a of an emitter's ray, which serves all of them, is a / n for each, and the best number of
+/// gather rays R sqrt(a B / (n b A)). See rays_of_pair().
+double share_of_each(std::size_t pairs) {
+    return 1 / std::sqrt(static_cast<double>(std::max<std::size_t>(pairs, 1)));
 }
 
 /// Number of rays with which a pair gathers. The variance of a pair's mean is A / R + B / M after R
@@ -56,12 +63,15 @@ int rays_in_motion(int rays, bool scene_moved, double share, int fewest) {
 /// time, for M = R sqrt(a B / (b A)). At equal costs kShareAtRest makes it at most 10 % higher for
 /// B from A / 7 to A. Until the mean holds a whole window it has fewer frames than the caches, and
 /// most of the noise is that of the frame's own gather.
-int rays_of_pair(const PairStatus& pair, std::uint64_t emitted, int rays, bool scene_moved) {
-    if (pair.source_starts) return rays_in_motion(rays, scene_moved, kShareAtStart, kFewestAtStart);
-    const int in_motion = rays_in_motion(rays, scene_moved, kShareInMotion, kFewestInMotion);
-    if (!pair.at_rest) return in_motion;
+double rays_of_pair(const PairStatus& pair, std::uint64_t emitted, int rays, bool scene_moved,
+                    std::size_t pairs_in_motion) {
+    if (pair.source_starts)
+        return share_of_each(pairs_in_motion) *
+               rays_in_motion(rays, scene_moved, kShareAtStart, kFewestAtStart);
+    const double in_motion = rays_in_motion(rays, scene_moved, kShareInMotion, kFewestInMotion);
+    if (!pair.at_rest) return share_of_each(pairs_in_motion) * in_motion;
     const double of_a_frame = kShareAtRest * static_cast<double>(emitted) / (pair.frames + 1);
-    return static_cast<int>(std::clamp(of_a_frame, double{kStep}, double(in_motion)));
+    return std::clamp(of_a_frame, double{kStep}, in_motion);
 }
 
 }  // namespace
@@ -82,6 +92,9 @@ GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> 
     GatherPlan plan;
     plan.shares.resize(pairs.size());
     plan.at.resize(emitted.size());
+    std::size_t in_motion = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        if (wanted[i] && !pairs[i].at_rest) ++in_motion;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         if (!wanted[i]) continue;
         const PairStatus& pair = pairs[i];
@@ -94,7 +107,7 @@ GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> 
         // The ends divide the M rays of a pair by the weights w and 1 - w of their estimates. With
         // the variance V of one ray, w^2 V / (w M) + (1 - w)^2 V / ((1 - w) M) = V / M: variance
         // and cost are those of one gather.
-        const int of_pair = rays_of_pair(pair, all, rays, scene_moved);
+        const double of_pair = rays_of_pair(pair, all, rays, scene_moved, in_motion);
         const auto gather_at = [&](std::size_t receiver, double part) {
             if (part == 0) return;
             GatherPlan::Gather& gather = plan.at[receiver];
@@ -109,7 +122,7 @@ GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> 
 }
 
 int gather_rays_of_receiver(int rays, bool scene_moved) {
-    return rays_in_motion(rays, scene_moved, kShareInMotion, kFewestAtReceiver);
+    return static_cast<int>(rays_in_motion(rays, scene_moved, kShareInMotion, kFewestAtReceiver));
 }
 
 }  // namespace aula

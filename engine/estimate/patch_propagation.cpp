@@ -28,6 +28,13 @@ enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 /// hits of all need much memory.
 constexpr int kGatherRaysTogether = 4096;
 
+/// The parts in which the energy of each of `pairs` is summed: those of all pairs are enough for
+/// several threads, and each part has a response of its own.
+std::size_t divisions(std::size_t pairs) {
+    constexpr std::size_t kParts = 8;
+    return std::max<std::size_t>(kParts / pairs, 1);
+}
+
 using GatheredEnergies = std::map<std::size_t, GatheredEnergy>;
 
 /// Sums the gathers of all pairs. Returns the number of time bins that were added.
@@ -322,7 +329,9 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
         for (const std::size_t i : plan.at[e].pairs) {
             const auto [source, listener] = ends_of(i);
             const GatherPlan::Shares& shares = plan.shares[i];
-            GatheredEnergy& energy = energies.try_emplace(i, pairs_[i].gathered()).first->second;
+            GatheredEnergy& energy =
+                energies.try_emplace(i, pairs_[i].gathered(), divisions(pairs_.size()))
+                    .first->second;
             energy.add(gather.hits(), ends_[receiver.is_listener ? source : listener].cache,
                        receiver.is_listener ? shares.source : shares.listener);
         }
@@ -397,7 +406,9 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
         workers_.run(gather.batch_count(), [&](std::size_t batch) { gather.trace(batch); });
         GatheredEnergies energies;
         for (std::size_t s = 0; s < source_count_; ++s) {
-            const auto added = energies.try_emplace(s, responses[s * at.size() + r]).first;
+            const auto added =
+                energies.try_emplace(s, responses[s * at.size() + r], divisions(source_count_))
+                    .first;
             added->second.add(gather.hits(), ends_[s].cache, 1);
         }
         statistics.segments += gather.segments();

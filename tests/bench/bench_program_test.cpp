@@ -315,11 +315,13 @@ TEST_CASE("bench_smoke: many sources are compared with one") {
     REQUIRE(run("sources " + scene + " --sources 3 --reference-rays 1 --json " + json_in(folder))
                 .status == 0);
     const nlohmann::json document = rows_in(folder);
-    REQUIRE(document.at("rows").size() == 4);
-    CHECK(document["rows"][0]["listener"] == "at rest");
+    REQUIRE(document.at("rows").size() == 6);
+    CHECK(document["rows"][0]["mover"] == "none");
     CHECK(document["rows"][1]["sources"] == 3);
     CHECK(document["rows"][2]["cost_to_one"] == 1);
     CHECK(document["rows"][3]["tracking_error"].get<double>() > 0);
+    CHECK(document["rows"][4]["mover"] == "all");
+    CHECK(document["rows"][5]["tracking_error"].get<double>() > 0);
 }
 
 TEST_CASE("bench_smoke: a receiver is compared with the rays of a source") {

@@ -464,4 +464,74 @@ TEST_CASE("while both ends hold rays, their gathers together trace hardly more r
     CHECK(shared > 0);
 }
 
+TEST_CASE("the work of 16 walking sources is at most three times that of one") {
+    const Scene one = box_room(0.2F, 0.5F);
+    const auto last_frame = [&](std::size_t sources) {
+        Scene scene = one;
+        scene.sources.resize(sources, scene.sources[0]);
+        Propagation propagation(scene, with(scene, Estimator::patch, 0.3F));
+        FrameInput input = test::static_input(scene);
+        for (int frame = 0; frame < 4; ++frame) {
+            for (std::size_t s = 0; s < sources; ++s)
+                input.sources[s].x += 0.02F * (s % 2 == 0 ? 1.0F : -1.0F);
+            propagation.step(input);
+        }
+        return propagation.statistics();
+    };
+    const FrameStatistics alone = last_frame(1);
+    const FrameStatistics many = last_frame(16);
+    CHECK(many.segments > alone.segments);
+    CHECK(many.segments < 3 * alone.segments);
+    // Hits of one patch are joined: with a quarter of the rays more than a quarter remain.
+    CHECK(many.summed_bins > 4 * alone.summed_bins);
+    CHECK(many.summed_bins < 8 * alone.summed_bins);
+}
+
+TEST_CASE("the noise of each of 16 walking sources is at most 1.4 times that of one") {
+    Scene scene = box_room(0.2F, 0.5F);
+    const auto deviation_of = [&](std::size_t sources) {
+        scene.sources.resize(1);
+        scene.sources.resize(sources, scene.sources[0]);
+        Simulation simulation = with(scene, Estimator::patch, 0.3F);
+        simulation.rays = 300;
+        Propagation propagation(scene, simulation);
+        std::vector<std::vector<double>> energies;
+        for (std::uint64_t seed = 0; seed < 12; ++seed) {
+            propagation.restart(seed);
+            FrameInput input = test::static_input(scene);
+            for (int frame = 0; frame < 12; ++frame) {
+                for (Vec3& source : input.sources) source.x += 0.02F;
+                propagation.step(input);
+            }
+            // Groups of 20 bins, without the early ones, which hold single paths.
+            const EnergyResponse& response = propagation.response(0);
+            std::vector<double>& energy = energies.emplace_back();
+            for (std::size_t k = 40; k < response.energy.size(); ++k) {
+                if (k % 20 == 0) energy.push_back(0);
+                energy.back() += double{response.energy[k].sum()};
+            }
+        }
+        // Relative variance, mean over the groups that hold energy.
+        double sum = 0;
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < energies[0].size(); ++k) {
+            double mean = 0;
+            double squares = 0;
+            for (const std::vector<double>& energy : energies) {
+                mean += energy[k] / 12;
+                squares += energy[k] * energy[k] / 12;
+            }
+            if (!(mean > 0)) continue;
+            sum += squares / (mean * mean) - 1;
+            ++count;
+        }
+        return std::sqrt(sum / static_cast<double>(count));
+    };
+    const double alone = deviation_of(1);
+    const double many = deviation_of(16);
+    CAPTURE(alone, many);
+    CHECK(alone > 0);
+    CHECK(many < 1.4 * alone);
+}
+
 }  // namespace propagation_test

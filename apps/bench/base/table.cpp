@@ -81,7 +81,6 @@ std::vector<Column> columns_of(std::initializer_list<const char*> figures) {
                                          {"grid_s", "grid s", 2},
                                          {"highest_hz", "to Hz", 0},
                                          {"largest_db", "largest dB", 2},
-                                         {"listener", "listener", 0},
                                          {"load_s", "loading s", 2},
                                          {"longest_ms", "longest ms", 2},
                                          {"memory_mb", "MB", 1},

@@ -7,8 +7,8 @@
 
 namespace aula::bench {
 
-/// CPU time of a frame of `patch` with one source and with many, all at rest, over the first
-/// seconds; first with the listener at rest, then on its path. For a moving listener also the
+/// CPU time of a frame of `patch` with one source and with many, over the first seconds: with all
+/// at rest, with the listener on its path, and with all sources walking, too. With a mover also the
 /// tracking error at the end, over all sources. Sources are placed along random rays from the first
 /// one. Throws InputError if the listener has no path.
 std::vector<Row> measure_many_sources(const Subject& subject, const Settings& settings);

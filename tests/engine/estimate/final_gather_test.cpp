@@ -39,7 +39,7 @@ void add_weighted(double weight, const DirectionMoments& directions, Moments& su
 void add_gathered(const std::vector<GatherHit>& hits, const PatchCache& cache,
                   EnergyResponse& response) {
     WorkerPool workers(2);
-    GatheredEnergy gathered(response);
+    GatheredEnergy gathered(response, 8);
     gathered.add(hits, cache, 0.7);
     workers.run(gathered.part_count(), [&](std::size_t part) { gathered.sum(part); });
 }
@@ -263,7 +263,7 @@ TEST_CASE("gathers are the same to the bit for any order of their batches and pa
         FinalGather at_listener(room.rays, room.grid, {.position = room.inside}, settings, 1);
         FinalGather at_source(room.rays, room.grid, {.position = source}, settings, 2);
         EnergyResponse response = of_source.silent();
-        GatheredEnergy gathered(response);
+        GatheredEnergy gathered(response, 8);
         gathered.add(at_listener.hits(), of_source.cache, 0.7);
         gathered.add(at_source.hits(), of_listener.cache, 0.3);
         for (FinalGather* gather : {&at_listener, &at_source})

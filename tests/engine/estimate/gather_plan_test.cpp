@@ -1,5 +1,7 @@
 #include "engine/estimate/gather_plan.h"
 
+#include <cmath>
+
 #include <catch2/catch.hpp>
 
 namespace gather_plan_test {
@@ -77,6 +79,34 @@ TEST_CASE("the gather at one listener serves all sources") {
     const std::vector<char> first{1, 0};
     CHECK(plan_gather(pairs, first, emitted, kRays, false).at[2].pairs ==
           std::vector<std::size_t>{0});
+}
+
+TEST_CASE("n pairs in motion have 1 / sqrt(n) of the gather rays of one, each") {
+    const auto rays_of_each = [](std::size_t moving, std::size_t resting, bool scene_moved) {
+        std::vector<PairStatus> pairs;
+        const std::size_t listener = moving + resting;
+        for (std::size_t s = 0; s < listener; ++s) pairs.push_back(s < moving ? kMoving : kResting);
+        for (std::size_t s = 0; s < listener; ++s) {
+            pairs[s].source = s;
+            pairs[s].listener = listener;
+        }
+        // The rays of the listener are gathered at the sources.
+        std::vector<std::uint64_t> emitted(listener + 1, 0);
+        emitted[listener] = 100'000;
+        const std::vector<char> wanted(pairs.size(), 1);
+        const GatherPlan p = plan_gather(pairs, wanted, emitted, kRays, scene_moved);
+        return p.at[0].rays;
+    };
+    const int one = rays_of_each(1, 0, false);
+    CHECK(rays_of_each(1, 20, false) == one);
+    for (const bool moved : {false, true}) {
+        const int alone = rays_of_each(1, 0, moved);
+        for (const std::size_t n : {4U, 16U, 64U}) {
+            const double wanted = alone / std::sqrt(static_cast<double>(n));
+            CHECK(rays_of_each(n, 0, moved) >= wanted);
+            CHECK(rays_of_each(n, 5, moved) < wanted + 128);  // a batch
+        }
+    }
 }
 
 TEST_CASE("pairs at rest are gathered two in a frame, those in motion in every frame") {
