@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/tolerances.h"
 #include "engine/direct/edge_row.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
@@ -39,16 +40,15 @@ constexpr std::int64_t kRaysChanged = 8192;
 constexpr std::int64_t kFirstRays = 65'536;
 constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
 
-constexpr double kOnLine_m = 1e-3;
 // Along each of two edges: they see each other if one of nine segments between them is free.
 constexpr std::array kPlaces{0.5, 0.05, 0.95};
 
 /// Whether a point lies in the open angle of an edge or on one of its faces.
 bool is_beside(const DiffractionEdge& edge, const glm::dvec3& point) {
     const WedgePoint p = edge.coordinates(point);
-    return p.radius_m > kOnLine_m &&
-           (p.angle_rad < edge.open_angle_rad + DiffractionEdge::kOnFace_rad ||
-            p.angle_rad > 2 * std::numbers::pi - DiffractionEdge::kOnFace_rad);
+    return p.radius_m > tolerances::kSame_m &&
+           (p.angle_rad < edge.open_angle_rad + tolerances::kOnFace_rad ||
+            p.angle_rad > 2 * std::numbers::pi - tolerances::kOnFace_rad);
 }
 
 /// A point of an edge that a ray may meet, off its faces, in the middle of the open angle.

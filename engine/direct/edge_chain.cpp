@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "engine/base/tolerances.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 #include "engine/edges/shortest_path.h"
@@ -15,11 +16,9 @@ namespace aula {
 namespace {
 
 constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
-constexpr double kLeastSegment_m = 1e-3;
 
 // Rays pass an edge that closely, and rays to the end of an edge end beside it.
-constexpr double kBesideChain_m = 2e-3 + EdgePassage::kFromEnd_m;
-constexpr double kBehindFace_m = 1e-5;
+constexpr double kBesideChain_m = tolerances::kApart_m + EdgePassage::kFromEnd_m;
 constexpr double kLeastTurn_rad = 1e-6;
 
 // Largest detours; fields fade out over the last quarter before them.
@@ -32,18 +31,12 @@ constexpr double kOppositePhases_rad = std::numbers::pi / 4;
 // The thin screen limits a chain of which each bend is above this angle.
 constexpr double kSharpBend_rad = 0.1;
 
-/// Whether a point lies in a face of an edge, up to the tolerance of the search for edges.
-bool is_on_face(double angle_rad, double open_angle_rad) {
-    return std::min({angle_rad, std::abs(angle_rad - open_angle_rad),
-                     2 * std::numbers::pi - angle_rad}) < DiffractionEdge::kOnFace_rad;
-}
-
 /// Whether a point lies behind the faces of an edge, by more than rounding: a segment that ends at
 /// a corner of a face may lie in the face.
 bool is_behind(const DiffractionEdge& edge, const WedgePoint& point) {
     const double behind_rad =
         std::min(point.angle_rad - edge.open_angle_rad, 2 * std::numbers::pi - point.angle_rad);
-    return behind_rad * point.radius_m > kBehindFace_m;
+    return behind_rad * point.radius_m > tolerances::kInPlane_m;
 }
 
 /// The end of a segment of a given length and direction from a point of an edge.
@@ -115,14 +108,13 @@ bool EdgeChain::find_angles() {
         Contact& contact = contacts_[i];
         const WedgePoint before = coordinates(*contact.edge, i);
         const WedgePoint after = coordinates(*contact.edge, i + 2);
-        if (std::min(before.radius_m, after.radius_m) < kLeastSegment_m) return false;
+        if (std::min(before.radius_m, after.radius_m) < tolerances::kSame_m) return false;
         contact.in_rad = before.angle_rad;
         contact.out_rad = after.angle_rad;
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
-        contacts_[i].shares_next =
-            is_on_face(contacts_[i].out_rad, contacts_[i].edge->open_angle_rad) &&
-            is_on_face(contacts_[i + 1].in_rad, contacts_[i + 1].edge->open_angle_rad);
+        contacts_[i].shares_next = contacts_[i].edge->is_on_face(contacts_[i].out_rad) &&
+                                   contacts_[i + 1].edge->is_on_face(contacts_[i + 1].in_rad);
     }
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
         Contact& contact = contacts_[i];

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "engine/base/near_field.h"
+#include "engine/base/tolerances.h"
 #include "engine/direct/edge_chain.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
@@ -25,8 +26,7 @@ constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of 
 constexpr double kNearestEnd_m = 0.05;    // from an edge to an end of the path
 constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
 constexpr double kOffStraight_m = 0.04;
-constexpr double kLift_m = 2e-3;  // of rays that would touch edges
-constexpr double kOnFace_rad = std::numbers::pi / 180;
+constexpr double kLift_m = tolerances::kApart_m;  // of rays that would touch edges
 constexpr double kSharpRowBend_rad = 0.1;
 constexpr double kBesideObstacle_m = 0.5;
 
@@ -39,12 +39,8 @@ constexpr double kLeastShare = 1e-3;
 /// Whether a face joins two edges, up to the tolerance of the search for edges.
 bool share_face(const DiffractionEdge& a, const glm::dvec3& a_apex, const DiffractionEdge& b,
                 const glm::dvec3& b_apex) {
-    const auto is_on_face = [](const DiffractionEdge& edge, const glm::dvec3& point) {
-        const double angle_rad = edge.coordinates(point).angle_rad;
-        return std::min({angle_rad, std::abs(angle_rad - edge.open_angle_rad),
-                         2 * std::numbers::pi - angle_rad}) < kOnFace_rad;
-    };
-    return is_on_face(a, b_apex) && is_on_face(b, a_apex);
+    return a.is_on_face(a.coordinates(b_apex).angle_rad) &&
+           b.is_on_face(b.coordinates(a_apex).angle_rad);
 }
 
 }  // namespace
@@ -367,7 +363,7 @@ Bands EdgeRow::levels_over_knife(const Obstacle& obstacle, const WedgeIntegral& 
         }
     }
     // The path may lie in a face, with rounding below it.
-    constexpr double kOffFace_m = 1e-5;
+    constexpr double kOffFace_m = tolerances::kInPlane_m;
     const glm::dvec3 source = first_bend->apex + kOffFace_m * up_ +
                               first_bend->at_m * glm::normalize(last - first_bend->apex);
     const glm::dvec3 listener =

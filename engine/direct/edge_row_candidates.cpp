@@ -2,14 +2,14 @@
 #include <optional>
 #include <tuple>
 
+#include "engine/base/tolerances.h"
 #include "engine/direct/edge_row.h"
 
 namespace aula {
 
 namespace {
 
-constexpr double kTouched_m = 1e-3;  // of an edge that a path touches, with or without a bend
-constexpr double kMargin_m = 0.15;   // for movements of both ends until the next search
+constexpr double kMargin_m = 0.15;  // for movements of both ends until the next search
 constexpr std::size_t kMaxMembers = 48;
 constexpr std::size_t kMaxRows = 8;
 
@@ -25,7 +25,7 @@ std::vector<std::uint32_t> EdgeRow::touched_obstacles(const SceneEdges& edges) c
         const std::span<const Member> members =
             std::span(members_).subspan(obstacle.first, obstacle.last - obstacle.first + 1);
         const bool is_touched = std::any_of(members.begin(), members.end(), [](const Member& m) {
-            return m.inside_m > 0 && m.clearance_m < kTouched_m;
+            return m.inside_m > 0 && m.clearance_m < tolerances::kSame_m;
         });
         if (!is_touched) continue;
         for (const Member& member : members) touched.push_back(member.edge);

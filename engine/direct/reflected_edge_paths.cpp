@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/near_field.h"
+#include "engine/base/tolerances.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 
@@ -19,7 +20,8 @@ namespace {
 using Point = glm::dvec3;
 
 constexpr double kBesideMirroredEdge_m = 1e-3;
-constexpr double kBesidePlane_m = 2e-3;  // merged triangles are up to 1 mm from their plane
+// Merged triangles are up to tolerances::kSame_m from their plane.
+constexpr double kBesidePlane_m = tolerances::kApart_m;
 
 // Largest detours over the edge between the images; fields fade out over the last quarter.
 constexpr double kLongestImageDetour_m = 15;

@@ -21,10 +21,11 @@ WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point) const {
 }
 
 WedgePoint DiffractionEdge::coordinates(const glm::dvec3& point, double side) const {
-    constexpr double kInPlane_m = 1e-5;
+    using tolerances::kInPlane_m;
     WedgePoint at = coordinates(point);
     const double height_m = at.radius_m * std::sin(at.angle_rad);
-    if (!is_free() || std::abs(height_m) >= kInPlane_m || at.radius_m < 100 * kInPlane_m) return at;
+    if (!is_free() || std::abs(height_m) >= kInPlane_m || at.radius_m < tolerances::kSame_m)
+        return at;
     const glm::dvec3 normal = glm::cross(axis, first_face);
     int largest = 0;
     for (int i = 1; i < 3; ++i) {
@@ -61,7 +62,8 @@ bool DiffractionEdge::is_nearest(const WedgePoint& source, const WedgePoint& lis
 
 bool DiffractionEdge::is_in_screen(const glm::dvec3& point) const {
     const double angle_rad = coordinates(point).angle_rad;
-    return is_free() && std::min(angle_rad, 2 * std::numbers::pi - angle_rad) < kOnFace_rad;
+    return is_free() &&
+           std::min(angle_rad, 2 * std::numbers::pi - angle_rad) < tolerances::kOnFace_rad;
 }
 
 }  // namespace aula

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <numbers>
 
+#include "engine/base/tolerances.h"
 #include "engine/edges/wedge_integral.h"
 
 namespace aula {
@@ -51,7 +54,13 @@ struct DiffractionEdge {
     float bend_rad() const { return static_cast<float>(open_angle_rad - std::numbers::pi); }
 
     /// Whether the edge bounds a screen without thickness: both its faces are one.
-    bool is_free() const { return open_angle_rad > 2 * std::numbers::pi - kOnFace_rad; }
+    bool is_free() const { return open_angle_rad > 2 * std::numbers::pi - tolerances::kOnFace_rad; }
+
+    /// Whether a point at an angle lies in one of the faces.
+    bool is_on_face(double angle_rad) const {
+        return std::min({angle_rad, std::abs(angle_rad - open_angle_rad),
+                         2 * std::numbers::pi - angle_rad}) < tolerances::kOnFace_rad;
+    }
 
     /// Whether a point lies in the screen that a free edge bounds, or in its extension.
     bool is_in_screen(const glm::dvec3& point) const;
@@ -59,8 +68,6 @@ struct DiffractionEdge {
     // Sides on which source and listener count in the plane of a screen: the shadow of each edge.
     static constexpr double kSourceSide = 1;
     static constexpr double kListenerSide = -1;
-
-    static constexpr double kOnFace_rad = std::numbers::pi / 180;  ///< tolerance of the search
 
     Wedge wedge() const { return {open_angle_rad, 0, length_m}; }
 };

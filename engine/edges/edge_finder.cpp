@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "engine/base/mix64.h"
+#include "engine/base/tolerances.h"
 #include "engine/edges/welded_points.h"
 
 namespace aula {
@@ -22,8 +23,9 @@ namespace {
 using Point = glm::dvec3;
 using Cell = glm::ivec3;
 
-constexpr double kTolerance_m = WeldedPoints::kTolerance_m;
-constexpr double kTolerance_rad = std::numbers::pi / 180;
+using tolerances::kOnFace_rad;
+using tolerances::kSame_m;
+
 constexpr double kLeastSide_m = 5e-3;
 constexpr double kShort_m = 0.1;
 constexpr double kLong_m = 0.25;
@@ -76,7 +78,7 @@ class SideLines {
         const double length_m = side.length_m();
         const Point axis = (side.end - side.start) / length_m;
         // The direction of a short side is uncertain, unless its ends are near the line.
-        const double tolerance_m = std::min(kTolerance_m, kSlope * length_m);
+        const double tolerance_m = std::min(kSame_m, kSlope * length_m);
         std::optional<std::uint32_t> line;
         const double turn = 2 * tolerance_m / length_m;
         for (const double sign : {1.0, -1.0}) {
@@ -226,7 +228,7 @@ class Soup {
             const Point normal = glm::cross(p[1] - p[0], p[2] - p[0]);
             const double twice_area_m2 = glm::length(normal);
             // The sides of a thinner triangle lie on one line.
-            if (!(twice_area_m2 > longest_m * kTolerance_m)) continue;
+            if (!(twice_area_m2 > longest_m * kSame_m)) continue;
             face.normal = normal / twice_area_m2;
             for (std::size_t k = 0; k < 3; ++k) face.corners[k] = points_.add(p[k]);
             if (face.corners[0] == face.corners[1] || face.corners[1] == face.corners[2] ||
@@ -280,7 +282,7 @@ class Soup {
             return away_from(axis, side.start, faces_[use.face], points_[use.opposite]);
         };
         return glm::dot(away(uses_[side.first_use]), away(uses_[side.first_use + 1])) <
-               -std::cos(kTolerance_rad);
+               -std::cos(kOnFace_rad);
     }
 
     /// A face about a line.
@@ -313,9 +315,9 @@ class Soup {
                                  {faces[i - 1].triangle, faces[i].triangle}};
             if (between.open_rad() > open.open_rad()) open = between;
         }
-        if (open.open_rad() < std::numbers::pi + kTolerance_rad) return {};
+        if (open.open_rad() < std::numbers::pi + kOnFace_rad) return {};
         // Faces within the tolerance belong to one wall.
-        if (open.open_rad() > 2 * std::numbers::pi - kTolerance_rad)
+        if (open.open_rad() > 2 * std::numbers::pi - kOnFace_rad)
             open.second_rad = open.first_rad + 2 * std::numbers::pi;
         return open;
     }
@@ -352,7 +354,7 @@ class Soup {
         for (std::size_t i = 1; i < cuts_m.size(); ++i) {
             const double from_m = cuts_m[i - 1];
             const double to_m = cuts_m[i];
-            if (to_m - from_m < 2 * kTolerance_m) continue;  // a gap within the tolerance
+            if (to_m - from_m < 2 * kSame_m) continue;  // a gap within the tolerance
             const double middle_m = 0.5 * (from_m + to_m);
             while (next != intervals.end() && next->from_m < middle_m) active.push_back(*next++);
             std::erase_if(active, [&](const Interval& a) { return a.to_m < middle_m; });
@@ -368,13 +370,12 @@ class Soup {
             }
             const Sector open = widest(faces);
             const auto same = [](double a_rad, double b_rad) {
-                return std::abs(std::remainder(a_rad - b_rad, 2 * std::numbers::pi)) <
-                       kTolerance_rad;
+                return std::abs(std::remainder(a_rad - b_rad, 2 * std::numbers::pi)) < kOnFace_rad;
             };
             if (open.open_rad() > 0) {
-                const bool continues =
-                    last.open_rad() > 0 && from_m - last_end_m < 2 * kTolerance_m &&
-                    same(open.first_rad, last.first_rad) && same(open.second_rad, last.second_rad);
+                const bool continues = last.open_rad() > 0 && from_m - last_end_m < 2 * kSame_m &&
+                                       same(open.first_rad, last.first_rad) &&
+                                       same(open.second_rad, last.second_rad);
                 if (continues) {
                     edges.back().length_m += to_m - last_end_m;
                 } else {
@@ -433,8 +434,7 @@ void mark_curved(const RayScene& scene, std::vector<DiffractionEdge>& edges) {
         const RayScene::Triangle& other_face = scene.triangle(b.triangle);
         const Point across = other.point(other.length_m / 2) - edge.start;
         return a.edge != b.edge &&
-               std::abs(double{glm::dot(face.normal, other_face.normal)}) >
-                   std::cos(kTolerance_rad) &&
+               std::abs(double{glm::dot(face.normal, other_face.normal)}) > std::cos(kOnFace_rad) &&
                std::abs(glm::dot(edge.axis, other.axis)) > kNearlyParallel &&
                glm::length(glm::cross(across, edge.axis)) < kCurvedFace_m;
     };

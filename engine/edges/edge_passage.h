@@ -1,5 +1,6 @@
 #pragma once
 
+#include "engine/base/tolerances.h"
 #include "engine/edges/diffraction_edge.h"
 #include "engine/rays/ray_scene.h"
 
@@ -21,9 +22,18 @@ class EdgePassage {
     /// width of `most_m` counts as wide.
     double opening(const RayScene& scene, double most_m) const;
 
-    static constexpr double kRadius_m = 5e-4;
+    /// Of the points about the edge. Rays to them, shortened by kOffset_m, still leave its faces;
+    /// within kSame_m there is no other edge.
+    static constexpr double kRadius_m = tolerances::kSame_m / 2;
+    static_assert(kRadius_m > 2 * double{tolerances::kOffset_m});
+
+    /// Openings are narrow below this width: the terms of the faces fade out, see EdgePaths::field.
+    /// A choice: half a wavelength at 3.4 kHz, below which the edges of a slot are not independent.
     static constexpr double kNarrow_m = 0.05;
-    static constexpr double kFromEnd_m = 0.01;  ///< of the points from an end of the edge
+
+    /// Of the points from an end of the edge, where the faces of other edges may begin kSame_m
+    /// earlier. A choice: ten times as much.
+    static constexpr double kFromEnd_m = 10 * tolerances::kSame_m;
 
  private:
     const DiffractionEdge& edge_;

@@ -10,6 +10,7 @@
 #include <map>
 #include <numbers>
 
+#include "engine/base/tolerances.h"
 #include "engine/edges/edge_finder.h"
 
 namespace aula {
@@ -117,7 +118,7 @@ bool SceneEdges::visible_along_face(const Vec3& from, const Vec3& to, const Vec3
     if (visible(from, to)) return true;
     // A face that bends outwards between two of its points is below its tangents at both.
     const float highest_m =
-        glm::distance(from, to) / 2 * static_cast<float>(std::tan(DiffractionEdge::kOnFace_rad));
+        glm::distance(from, to) / 2 * static_cast<float>(std::tan(tolerances::kOnFace_rad));
     const Vec3 above_from = from + highest_m * normal;
     const Vec3 above_to = to + highest_m * normal;
     return visible(from, above_from) && visible(above_from, above_to) && visible(above_to, to);
@@ -158,8 +159,8 @@ bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
     // A free edge may be drawn on a larger face, in whose plane the chords do not cross it. Beyond
     // the edge, by less than the tolerance of find_edges(), is then that face.
     const auto is_drawn_at = [&](const glm::dvec3& point) {
-        constexpr double kBeyond_m = 5e-4;
-        constexpr float kAbove_m = 1e-3F;
+        constexpr double kBeyond_m = tolerances::kSame_m / 2;
+        constexpr auto kAbove_m = static_cast<float>(tolerances::kSame_m);
         const Vec3 normal(edge.direction(std::numbers::pi / 2));
         const Vec3 beyond(point - kBeyond_m * edge.first_face);
         const Ray ray{beyond + kAbove_m * normal, -normal, 2 * kAbove_m};

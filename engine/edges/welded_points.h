@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/mix64.h"
+#include "engine/base/tolerances.h"
 
 namespace aula {
 
@@ -64,24 +65,23 @@ void for_cells(const glm::dvec3& low, const glm::dvec3& high, double cell_m, con
     }
 }
 
-/// Points; those within kTolerance_m of another are joined with it.
+/// Points; those within tolerances::kSame_m of another are joined with it.
 class WeldedPoints {
  public:
-    static constexpr double kTolerance_m = 1e-3;
-
     explicit WeldedPoints(std::size_t expected) : table_(expected) {}
 
     /// Returns the index of the point, or of that with which it is joined.
     std::uint32_t add(const glm::dvec3& p) {
         std::optional<std::uint32_t> found;
-        for_cells(p - kTolerance_m, p + kTolerance_m, kCell_m, [&](const glm::ivec3& cell) {
-            if (found) return;
-            table_.any(CellTable::hash(cell), [&](std::uint32_t i) {
-                if (glm::distance(points_[i], p) > kTolerance_m) return false;
-                found = i;
-                return true;
-            });
-        });
+        for_cells(p - tolerances::kSame_m, p + tolerances::kSame_m, kCell_m,
+                  [&](const glm::ivec3& cell) {
+                      if (found) return;
+                      table_.any(CellTable::hash(cell), [&](std::uint32_t i) {
+                          if (glm::distance(points_[i], p) > tolerances::kSame_m) return false;
+                          found = i;
+                          return true;
+                      });
+                  });
         if (found) return *found;
         points_.push_back(p);
         const auto index = static_cast<std::uint32_t>(points_.size() - 1);
@@ -92,7 +92,7 @@ class WeldedPoints {
     const glm::dvec3& operator[](std::uint32_t index) const { return points_[index]; }
 
  private:
-    static constexpr double kCell_m = 8 * kTolerance_m;
+    static constexpr double kCell_m = 8 * tolerances::kSame_m;
     CellTable table_;
     std::vector<glm::dvec3> points_;
 };

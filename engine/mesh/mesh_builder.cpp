@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "aula/exception.h"
+#include "engine/base/tolerances.h"
 #include "engine/mesh/polygon.h"
 
 namespace aula {
@@ -17,7 +18,7 @@ bool has_no_area(const Vec3& a, const Vec3& b, const Vec3& c) {
     const glm::dvec3 ac = glm::dvec3(c) - glm::dvec3(a);
     const glm::dvec3 bc = ac - ab;
     const double longest = std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(bc, bc)});
-    return glm::length(glm::cross(ab, ac)) <= 1e-7 * longest;
+    return glm::length(glm::cross(ab, ac)) <= tolerances::kNoHeight * longest;
 }
 
 // Bounds memory: a glTF file can instance the same triangles any number of times.

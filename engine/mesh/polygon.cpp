@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
+#include "engine/base/tolerances.h"
+
 namespace aula {
 namespace {
 
@@ -62,7 +64,7 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const std::vector<Vec3>& c
     const glm::dvec3 normal = area_normal(corners);
     const std::vector<Point> points = project(corners, normal);
     // Angles below the rounding of the coordinates count as straight.
-    const double straight = 1e-7 * largest_square_distance(points);
+    const double straight = tolerances::kNoHeight * largest_square_distance(points);
     if (glm::length(normal) <= straight) return {};
 
     const auto count = static_cast<std::uint32_t>(corners.size());

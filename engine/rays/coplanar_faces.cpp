@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/base/tolerances.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/scene_planes.h"
 
@@ -21,9 +22,6 @@ namespace {
 using PlanePoint = glm::dvec2;
 using Polygon = std::vector<PlanePoint>;  // convex, counter-clockwise
 using Overlap = CoplanarFaces::Overlap;
-
-/// Corners that are rounded to millimetres make faces that share an edge overlap by this width.
-constexpr double kSliver_m = 2e-3;
 
 // Bounds of the time and memory for scenes that are heaps of coplanar triangles: below 0.5 s.
 constexpr std::size_t kMostOverlaps = 250'000;
@@ -105,7 +103,7 @@ struct Face {
 };
 
 bool is_wider_than_sliver(const PlanePoint& low, const PlanePoint& high) {
-    return high.x - low.x > kSliver_m && high.y - low.y > kSliver_m;
+    return high.x - low.x > tolerances::kApart_m && high.y - low.y > tolerances::kApart_m;
 }
 
 bool overlap(const Face& a, const Face& b) {
@@ -222,7 +220,8 @@ class Plane {
         Pairs pairs;
         for (std::size_t a = 0; a < faces_.size(); ++a) {
             for (std::size_t b = a + 1;
-                 b < faces_.size() && faces_[b].low.x < faces_[a].high.x - kSliver_m; ++b) {
+                 b < faces_.size() && faces_[b].low.x < faces_[a].high.x - tolerances::kApart_m;
+                 ++b) {
                 if (!budget.take(1)) return std::nullopt;
                 if (!overlap(faces_[a], faces_[b]) || kind(faces_[a]) == kind(faces_[b])) continue;
                 const Polygon common = intersection(faces_[a].corners, faces_[b].corners);
@@ -230,7 +229,7 @@ class Plane {
                 double longest_m = 0;
                 for (const PlanePoint& p : common)
                     longest_m = std::max(longest_m, glm::distance(p, common[0]));
-                if (area_m2(common) > kSliver_m * longest_m)
+                if (area_m2(common) > tolerances::kApart_m * longest_m)
                     pairs.push_back({a, b, are_apart(faces_[a], faces_[b], common)});
                 if (pairs.size() > kMostOverlaps) return std::nullopt;
             }
@@ -240,7 +239,7 @@ class Plane {
 
     static bool are_apart(const Face& a, const Face& b, const Polygon& common) {
         return std::any_of(common.begin(), common.end(), [&](const PlanePoint& p) {
-            return std::abs(height_m(a, p) - height_m(b, p)) > 2 * double{RayScene::kFlat_m};
+            return std::abs(height_m(a, p) - height_m(b, p)) > 2 * double{tolerances::kFlat_m};
         });
     }
 
@@ -250,7 +249,7 @@ class Plane {
         std::vector<bool> is_off(faces_.size(), false);
         for (const Face& face : faces_) {
             for (const double height_m : face.heights_m)
-                if (std::abs(height_m) > double{RayScene::kFlat_m}) is_off[face.region] = true;
+                if (std::abs(height_m) > double{tolerances::kFlat_m}) is_off[face.region] = true;
         }
         std::vector<std::size_t> parent(faces_.size());
         std::iota(parent.begin(), parent.end(), std::size_t{0});
@@ -311,7 +310,8 @@ class Plane {
         for (std::size_t i = 0; i < heard.size(); ++i) {
             const Face& face = faces_[heard[i]];
             for (std::size_t j = i + 1;
-                 j < heard.size() && faces_[heard[j]].low.x < face.high.x - kSliver_m; ++j) {
+                 j < heard.size() && faces_[heard[j]].low.x < face.high.x - tolerances::kApart_m;
+                 ++j) {
                 if (!budget.take(1)) return false;
                 if (!overlap(face, faces_[heard[j]])) continue;
                 if (!budget.take(kSubtraction)) return false;

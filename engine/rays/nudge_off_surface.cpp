@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 
 namespace aula {
 
@@ -13,7 +14,7 @@ namespace {
 
 /// Points closer than this to a surface are on it. Image sources have no reflection in a plane that
 /// is as near.
-constexpr float kOnSurface_m = 5e-4F;
+constexpr auto kOnSurface_m = static_cast<float>(tolerances::kOnSurface_m);
 
 /// The distance by which a point is moved, and the length of the rays that search for a surface.
 constexpr float kStep_m = 2 * kOnSurface_m;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "aula/engine/scene.h"
+#include "engine/base/tolerances.h"
 #include "engine/rays/brute_force_intersector.h"
 #include "engine/rays/coplanar_faces.h"
 #include "engine/rays/ray_lanes.h"
@@ -150,23 +151,21 @@ class RayScene {
     /// The triangle's unit normal on the side of the incoming ray.
     Vec3 facing_normal(const Hit& hit, const Vec3& ray_direction) const;
 
-    /// Offset of every point that represents a position on a surface, on its side: ray origins, and
-    /// the points that assign deposits, gather rays and area samples to patches.
-    static constexpr float kOffset_m = 1e-4F;
-
-    /// Overlapping coplanar faces are this flat: a point on one of them is in front of the others.
-    static constexpr float kFlat_m = kOffset_m / 8;
+    /// Of points on a surface.
+    static constexpr float kOffset_m = tolerances::kOffset_m;
 
     /// Distance within which an opaque face blocks the transmission of another one. Patches do not
     /// distinguish faces that are closer together.
-    static constexpr float kBacking_m = 2e-3F;
+    static constexpr float kBacking_m = static_cast<float>(tolerances::kApart_m);
 
     /// Cosine of 20 degrees, up to which two faces are parallel.
     static constexpr float kParallel = 0.9397F;
 
     /// The offset of a point at `distance_m` along a ray, including the rounding of long
     /// distances.
-    static constexpr float offset_after(float distance_m) { return kOffset_m + 4e-7F * distance_m; }
+    static constexpr float offset_after(float distance_m) {
+        return kOffset_m + tolerances::kRounding * distance_m;
+    }
 
     /// A point off the surface that a ray meets after `distance_m`: `along_m` along the ray and
     /// then `off_m` along the facing normal. The cosine of the ray's direction and that normal is

@@ -3,6 +3,7 @@
 #include <map>
 #include <tuple>
 
+#include "engine/base/tolerances.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/rays/scene_planes.h"
 
@@ -22,7 +23,8 @@ void RayScene::find_coplanar_faces(const std::vector<bool>& is_omitted) {
     const auto flatten = [&](std::uint32_t triangle) {
         const ScenePlanes::Plane& plane = planes[planes.of_triangle(triangle)];
         for (const Vec3& v : triangles_[triangle].vertices) {
-            if (std::abs(plane.distance_m(ScenePlanes::Point(v))) <= double{kFlat_m}) continue;
+            if (std::abs(plane.distance_m(ScenePlanes::Point(v))) <= double{tolerances::kFlat_m})
+                continue;
             ScenePlanes::Point& to = moved.try_emplace(v, v).first->second;
             to -= plane.distance_m(to) * plane.normal;
         }
@@ -62,7 +64,7 @@ Hit RayScene::heard(const Hit& hit) const {
         const glm::dvec3 d = glm::dvec3(point) - a;
         const glm::dvec3 normal(other.normal);
         // A point behind a face would be in another room.
-        if (std::abs(glm::dot(d, normal)) > 2 * double{kFlat_m}) continue;
+        if (std::abs(glm::dot(d, normal)) > 2 * double{tolerances::kFlat_m}) continue;
         const glm::dvec3 ab = glm::dvec3(other.vertices[1]) - a;
         const glm::dvec3 ac = glm::dvec3(other.vertices[2]) - a;
         const double twice_area_m2 = glm::dot(glm::cross(ab, ac), normal);

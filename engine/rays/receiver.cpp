@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 
 namespace aula {
 
@@ -58,11 +59,10 @@ std::optional<Receiver::Chord> Receiver::chord(const RayScene& scene, const Vec3
         // A segment ends on a surface: its last points may be rounded to the other side. The tested
         // point is before the end, where only rays that are nearly parallel to the surface are
         // within rounding of it, and the test passes it by as much as it may be off its ray.
-        constexpr float kBeforeEnd_m = 1e-3F;
-        constexpr float kRounding = 4e-7F;  // several roundings of single precision
+        constexpr auto kBeforeEnd_m = static_cast<float>(tolerances::kSame_m);
         const float tested_m = std::min(at_m, std::max(length_m - kBeforeEnd_m, 0.5F * length_m));
         const Vec3 line = origin + tested_m * direction - position;
-        const float past_m = kRounding * (glm::length(origin) + length_m);
+        const float past_m = tolerances::kRounding * (glm::length(origin) + length_m);
         const float past = past_m / std::max(glm::length(line), kBeforeEnd_m);
         if (!scene.visible(position, position + (1 + past) * line, 0)) return std::nullopt;
     }

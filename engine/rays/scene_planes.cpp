@@ -13,15 +13,16 @@
 #include <utility>
 
 #include "engine/base/mix64.h"
+#include "engine/base/tolerances.h"
 
 namespace aula {
 namespace {
 
 using Point = ScenePlanes::Point;
 
-constexpr double kTolerance_m = 1e-3;
-constexpr double kTolerance_rad = 0.1 * 3.14159265358979 / 180;
-constexpr double kCell = 0.004;  // of the normals' grid, twice the tolerance
+/// Cell of the normals' grid. A search with the tolerance visits at most two cells along an axis.
+constexpr double kCell = 0.004;
+static_assert(kCell > 2 * tolerances::kCoplanar_rad);
 
 Point normal_of(const RayScene::Triangle& t) {
     const Point a(t.vertices[0]);
@@ -67,8 +68,8 @@ class PlaneIndex {
         for (const double sign : {1.0, -1.0}) {
             const Point n = sign * normal;
             const double offset_m = glm::dot(n, from_middle);
-            const glm::ivec3 low((n + 1.0 - kTolerance_rad) / kCell);
-            const glm::ivec3 high((n + 1.0 + kTolerance_rad) / kCell);
+            const glm::ivec3 low((n + 1.0 - tolerances::kCoplanar_rad) / kCell);
+            const glm::ivec3 high((n + 1.0 + tolerances::kCoplanar_rad) / kCell);
             for (int x = low.x; x <= high.x; ++x) {
                 for (int y = low.y; y <= high.y; ++y) {
                     for (int z = low.z; z <= high.z; ++z) {
@@ -93,7 +94,7 @@ class PlaneIndex {
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     static double reach_m(double from_middle_m) {
-        return kTolerance_m + kTolerance_rad * from_middle_m;
+        return tolerances::kSame_m + tolerances::kCoplanar_rad * from_middle_m;
     }
 
     /// The bit of `occupied_` for a cell.
@@ -110,9 +111,10 @@ class PlaneIndex {
 
     static bool holds(const ScenePlanes::Plane& plane, const RayScene::Triangle& triangle,
                       const Point& normal) {
-        if (glm::length(glm::cross(plane.normal, normal)) > std::sin(kTolerance_rad)) return false;
+        if (glm::length(glm::cross(plane.normal, normal)) > std::sin(tolerances::kCoplanar_rad))
+            return false;
         return std::all_of(triangle.vertices.begin(), triangle.vertices.end(), [&](const Vec3& v) {
-            return std::abs(plane.distance_m(Point(v))) <= kTolerance_m;
+            return std::abs(plane.distance_m(Point(v))) <= tolerances::kSame_m;
         });
     }
 

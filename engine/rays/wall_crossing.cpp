@@ -9,6 +9,7 @@
 #include "engine/base/air_attenuation.h"
 #include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 
 namespace aula {
 
@@ -23,7 +24,7 @@ constexpr std::size_t kLines = kLanes;
 constexpr int kMaxHits = 16;
 
 /// Hits of one line on the same triangle within this distance are one.
-constexpr float kSameHit_m = 1e-3F;
+constexpr auto kSameHit_m = static_cast<float>(tolerances::kSame_m);
 
 /// A line from the source to the listener on its way through walls.
 struct Line {
