@@ -11,6 +11,7 @@
 
 #include "engine/base/tolerances.h"
 #include "engine/direct/edge_row.h"
+#include "engine/direct/limits.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 #include "engine/edges/shortest_path.h"
@@ -26,10 +27,7 @@ constexpr int kMaxExpansions = 64;
 constexpr int kMaxTrials = 256;
 constexpr std::size_t kMaxFound = 16;
 constexpr std::size_t kMaxContacts = 12;
-constexpr std::size_t kMaxNearEdges = 512;
 constexpr std::size_t kMaxNeighbours = 64;
-constexpr double kLongestSearchedDetour_m = 15;
-constexpr double kLongestLitSearchedDetour_m = 2;
 constexpr double kLongestSegment_m = 30;
 
 // The work of a frame as a number of rays, about 1 us each. After a movement of an object all pairs
@@ -165,7 +163,7 @@ std::optional<EdgeChain> ChainSearch::chain_of(const Sequence& sequence, const V
 ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& listener) const {
     const glm::dvec3 from(source);
     const glm::dvec3 to(listener);
-    const double longest_m = glm::distance(from, to) + kLongestSearchedDetour_m;
+    const double longest_m = glm::distance(from, to) + limits::kLongestDetour_m;
     std::vector<std::pair<double, std::uint32_t>> lengths;
     for (std::uint32_t e = 0; e < edges_.count(); ++e) {
         const DiffractionEdge& edge = edges_[e];
@@ -174,9 +172,9 @@ ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& li
             glm::distance(from, middle) + glm::distance(middle, to) - edge.length_m;
         if (length_m < longest_m) lengths.emplace_back(length_m, e);
     }
-    if (lengths.size() > kMaxNearEdges) {
-        std::nth_element(lengths.begin(), lengths.begin() + kMaxNearEdges, lengths.end());
-        lengths.resize(kMaxNearEdges);
+    if (lengths.size() > NearEdges::kMax) {
+        std::nth_element(lengths.begin(), lengths.begin() + NearEdges::kMax, lengths.end());
+        lengths.resize(NearEdges::kMax);
     }
     Sequence near;
     for (const auto& [_, e] : lengths) near.push_back(e);
@@ -337,7 +335,7 @@ void ChainSearch::add(OpenChainSearch& open, const PairChains& pair, Sequence se
     std::vector<const DiffractionEdge*> edges;
     for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
     const ShortestPath path = shortest_path(to, edges, from);
-    if (path.length_m >= glm::distance(from, to) + kLongestSearchedDetour_m) return;
+    if (path.length_m >= glm::distance(from, to) + limits::kLongestDetour_m) return;
     // A path that bends back at an edge of a curved surface, or far from the straight line
     // between the neighbours of an edge, is none.
     for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
@@ -349,7 +347,7 @@ void ChainSearch::add(OpenChainSearch& open, const PairChains& pair, Sequence se
         const bool is_on_curve = is_one_bend(*edges[i], *edges[i + 1]) ||
                                  (i > 0 && is_one_bend(*edges[i - 1], *edges[i]));
         if (is_on_curve || glm::distance(last, here) + glm::distance(here, next) >=
-                               glm::distance(last, next) + kLongestLitSearchedDetour_m) {
+                               glm::distance(last, next) + limits::kLongestLitBend_m) {
             return;
         }
     }
@@ -362,7 +360,7 @@ void ChainSearch::try_chain(std::vector<std::pair<double, Sequence>>& found, con
     const auto chain = chain_of(sequence, pair.source, pair.listener);
     budget.work -= Budget::kRay * (chain ? static_cast<std::int64_t>(4 * sequence.size() + 1) : 1);
     if (!chain) return;
-    found.emplace_back(20 * std::log10(chain->length_m()) - chain->estimated_db(),
+    found.emplace_back(20 * std::log10(chain->length_m()) - chain->estimated_db(integral_),
                        std::move(sequence));
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "engine/base/tolerances.h"
+#include "engine/direct/limits.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 #include "engine/edges/shortest_path.h"
@@ -15,21 +16,12 @@ namespace aula {
 
 namespace {
 
-constexpr double kLeastRadius_m = 0.05;  // as in WedgeIntegral
-
 // Rays pass an edge that closely, and rays to the end of an edge end beside it.
 constexpr double kBesideChain_m = tolerances::kApart_m + EdgePassage::kFromEnd_m;
 constexpr double kLeastTurn_rad = 1e-6;
 
-// Largest detours; fields fade out over the last quarter before them.
-constexpr double kLongestChainDetour_m = 15;
-constexpr double kLongestLitChainDetour_m = 2;
-
 // The products from both ends have a mean phase up to that angle from opposite phases.
 constexpr double kOppositePhases_rad = std::numbers::pi / 4;
-
-// The thin screen limits a chain of which each bend is above this angle.
-constexpr double kSharpBend_rad = 0.1;
 
 /// Whether a point lies behind the faces of an edge, by more than rounding: a segment that ends at
 /// a corner of a face may lie in the face.
@@ -44,14 +36,14 @@ WedgePoint end_of(const DiffractionEdge& edge, double along_m, const glm::dvec3&
                   double length_m, double angle_rad) {
     const double cosine = glm::dot(direction, edge.axis);
     const double radius_m = length_m * std::sqrt(std::max(0.0, 1 - cosine * cosine));
-    return {std::max(radius_m, kLeastRadius_m), angle_rad, along_m + length_m * cosine};
+    return {std::max(radius_m, WedgeIntegral::kLeastRadius_m), angle_rad,
+            along_m + length_m * cosine};
 }
 
 /// Divides a field by that of a source in free field at the length over a point of the edge.
 void divide_by_free_field(const WedgePoint& source, const WedgePoint& receiver, double along_m,
                           const WedgeIntegral& integral, ComplexBands& field) {
-    const double length_m = std::hypot(source.radius_m, source.along_m - along_m) +
-                            std::hypot(receiver.radius_m, receiver.along_m - along_m);
+    const double length_m = length_over_m(source, receiver, along_m);
     for (std::size_t b = 0; b < kBandCount; ++b) {
         field[b] *= std::polar(length_m, integral.wave_number_per_m(b) * length_m);
     }
@@ -76,7 +68,7 @@ std::optional<EdgeChain> EdgeChain::over(std::span<const DiffractionEdge* const>
     chain.source_ = source;
     chain.listener_ = listener;
     chain.length_m_ = path.length_m;
-    if (path.length_m >= glm::distance(source, listener) + kLongestChainDetour_m) return {};
+    if (path.length_m >= glm::distance(source, listener) + limits::kLongestDetour_m) return {};
     double before_m = 0;
     glm::dvec3 last = source;
     for (std::size_t i = 0; i < edges.size(); ++i) {
@@ -202,7 +194,7 @@ bool EdgeChain::find_bends() {
         const glm::dvec3 right = point(bend.last + 2);
         bend.beyond_m = glm::distance(left, first.apex) + last.before_m - first.before_m +
                         glm::distance(last.apex, right) - glm::distance(left, right);
-        if (bend.turn_rad < 0 && bend.beyond_m >= kLongestLitChainDetour_m) return false;
+        if (bend.turn_rad < 0 && bend.beyond_m >= limits::kLongestLitBend_m) return false;
         i = bend.last + 1;
         bends_.push_back(bend);
     }
@@ -289,13 +281,11 @@ std::vector<Vec3> EdgeChain::apexes() const {
     return points;
 }
 
-/// A fit of the half plane within 1.5 dB: 1 / (2 + 4.8 sqrt(N)), N = 2 detour / lambda.
-double EdgeChain::estimated_db() const {
-    constexpr double kTwicePerWavelength_per_m = 2 * 500 / 343.2;
+double EdgeChain::estimated_db(const WedgeIntegral& integral) const {
     double level_db = 0;
     for (const Bend& bend : bends_) {
-        level_db -= 20 * std::log10(2 + 4.8 * std::sqrt(std::max(0.0, bend.beyond_m) *
-                                                        kTwicePerWavelength_per_m));
+        level_db -=
+            20 * std::log10(limits::half_plane_loss(std::max(0.0, bend.beyond_m), integral));
     }
     return level_db;
 }
@@ -367,8 +357,9 @@ ComplexBands EdgeChain::thin_screen(const WedgeIntegral& integral) const {
     }
     const double turn_rad = std::min(std::numbers::pi, std::max(largest_rad, glm::length(turn)));
     const double middle_m = sum_rad > 0 ? moment / sum_rad : 0.5 * length_m_;
-    const ScreenPoints at(turn_rad, {.radius_m = std::max(middle_m, kLeastRadius_m)},
-                          {.radius_m = std::max(length_m_ - middle_m, kLeastRadius_m)});
+    const ScreenPoints at(
+        turn_rad, {.radius_m = std::max(middle_m, WedgeIntegral::kLeastRadius_m)},
+        {.radius_m = std::max(length_m_ - middle_m, WedgeIntegral::kLeastRadius_m)});
     ComplexBands field = integral.field({}, at.source, at.receiver).total();
     divide_by_free_field(at.source, at.receiver, 0, integral, field);
     return field;
@@ -377,12 +368,12 @@ ComplexBands EdgeChain::thin_screen(const WedgeIntegral& integral) const {
 /// The share of the field that remains near the limits of the model: towards the longest detours,
 /// and where two edges come together that do not bound one narrow face.
 double EdgeChain::share() const {
-    double share = smooth_step(
-        4 * (1 - (length_m_ - glm::distance(source_, listener_)) / kLongestChainDetour_m));
+    double share = limits::before_limit(length_m_ - glm::distance(source_, listener_),
+                                        limits::kLongestDetour_m);
     for (const Bend& bend : bends_) {
         if (bend.turn_rad < 0)
-            share *= smooth_step(4 * (1 - bend.beyond_m / kLongestLitChainDetour_m));
-        if (bend.is_curved) share *= smooth_step(4 * (1 - bend.turn_rad / std::numbers::pi));
+            share *= limits::before_limit(bend.beyond_m, limits::kLongestLitBend_m);
+        if (bend.is_curved) share *= limits::before_limit(bend.turn_rad, std::numbers::pi);
     }
     for (std::size_t i = 0; i + 1 < contacts_.size(); ++i) {
         const Contact& here = contacts_[i];
@@ -451,10 +442,11 @@ ComplexBands EdgeChain::field_of_side(const WedgeIntegral& integral, const RaySc
         }
         least_bend_rad = std::min(least_bend_rad, bend.turn_rad);
     }
-    const double limit = bends_.size() > 1 ? smooth_step(least_bend_rad / kSharpBend_rad) : 0;
+    const double limit =
+        bends_.size() > 1 ? smooth_step(least_bend_rad / limits::kSharpBend_rad) : 0;
     const ComplexBands thin = limit > 0 ? thin_screen(integral) : ComplexBands{};
     const auto straightness = [](const Bend& bend) {
-        return 1 - smooth_step(std::abs(bend.turn_rad) / kSharpBend_rad);
+        return 1 - smooth_step(std::abs(bend.turn_rad) / limits::kSharpBend_rad);
     };
     const double straight_first = straightness(bends_.front());
     const double straight_last = straightness(bends_.back());

@@ -39,8 +39,9 @@ class EdgeChain {
     /// Where the path touches its edges, from the source to the listener.
     std::vector<Vec3> apexes() const;
 
-    /// An estimate of the level at 500 Hz relative to free field over the length, dB.
-    double estimated_db() const;
+    /// An estimate of the level relative to free field over the length, dB, in the band
+    /// limits::kEstimated.
+    double estimated_db(const WedgeIntegral& integral) const;
 
     /// Whether the path passes an edge so closely to the straight line between its neighbours that
     /// a ray past the edge is uncertain.

@@ -13,6 +13,8 @@
 
 #include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
+#include "engine/direct/limits.h"
+#include "engine/edges/edge_crossing.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 
@@ -20,20 +22,13 @@ namespace aula {
 
 namespace {
 
-// Where the straight path passes an edge as closely, a ray could contradict the sign of the field.
-constexpr double kBesideEdge_m = 1e-3;
-
-// In the lit zone an edge matters up to two wavelengths of the lowest band.
-constexpr double kLongestLitDetour_m = 11;
-
-// Weaker paths and taps fade out over kPathFade_db before they are dropped. Levels are relative to
-// the strongest path and to the primary tap, in the band where they are highest.
+/// Of a pair, the strongest. A choice: energy() takes the time of all pairs of paths, and where
+/// hundreds of single edges are heard limit() bounds their sum.
 constexpr std::size_t kMaxPaths = 32;
-constexpr double kWeakestPath_db = -60;
-constexpr double kWeakestTap_db = -40;
-constexpr double kPathFade_db = 6;
 
-// Changes of the primary path beyond which it is a different one for the renderer.
+// Changes of the primary path beyond which it is a different one for the renderer. Within them the
+// renderer moves one path, and the delay changes by at most 0.3 ms, the direction by 6 degrees: a
+// choice, about what a frame of a walk close to a source changes.
 constexpr double kJump_m = 0.1;
 constexpr float kJump_rad = 0.1F;
 
@@ -56,17 +51,13 @@ double level_db(const Bands& energy, const Bands& reference) {
     return 10 * std::log10(ratio);
 }
 
-/// The level that is at least `weakest_db` and that at most `most` of the levels exceed.
+/// Levels are relative to the strongest path or the primary tap, in the band where they are
+/// highest. The level that is at least `weakest_db` and that at most `most` of the levels exceed.
 double fade_threshold_db(std::vector<double> levels_db, std::size_t most, double weakest_db) {
     if (levels_db.size() <= most) return weakest_db;
     const auto next = levels_db.begin() + static_cast<std::ptrdiff_t>(most);
     std::nth_element(levels_db.begin(), next, levels_db.end(), std::greater<>());
     return std::max(weakest_db, *next);
-}
-
-/// Weight of a path or tap, from 0 at the threshold to 1.
-double fade_weight(double above_threshold_db) {
-    return smooth_step(above_threshold_db / kPathFade_db);
 }
 
 /// sin(pi x) / (pi x) for x = base_x 2^b in each band.
@@ -108,18 +99,11 @@ void EdgePath::scale(double factor) {
 }
 
 /// An edge over which a path from a source to a listener may lead.
-struct EdgePaths::Candidate {
-    std::uint32_t edge;
-    WedgePoint source;
-    WedgePoint listener;
-    double along_m;   ///< of the apex, within the ends
-    double length_m;  ///< over that point
-    double detour_m;
-    bool is_lit;          ///< the faces of the edge leave the straight path free
-    bool is_behind;       ///< an end is outside the open angle; its angle is the nearer face's
-    std::size_t place;    ///< in NearEdges
-    double opening;       ///< of the free width beside the edge, 0 to 1
-    bool is_at_boundary;  ///< the straight path passes the edge so closely that a ray is uncertain
+struct EdgePaths::Candidate : EdgeCrossing {
+    std::uint32_t edge = 0;
+    bool is_behind = false;  ///< an end is outside the open angle; its angle is the nearer face's
+    std::size_t place = 0;   ///< in NearEdges
+    double opening = 0;      ///< of the free width beside the edge, 0 to 1
 };
 
 EdgePaths::EdgePaths(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s)
@@ -129,43 +113,20 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
                                                          const glm::dvec3& source,
                                                          const glm::dvec3& listener) const {
     const DiffractionEdge& at = edges_[edge];
-    const double straight_m = glm::distance(source, listener);
-    Candidate c{.edge = edge,
-                .source = at.coordinates(source, DiffractionEdge::kSourceSide),
-                .listener = at.coordinates(listener, DiffractionEdge::kListenerSide),
-                .along_m = 0,
-                .length_m = 0,
-                .detour_m = 0,
-                .is_lit = false,
-                .is_behind = false,
-                .place = 0,
-                .opening = 0,
-                .is_at_boundary = false};
-    for (WedgePoint* const point : {&c.source, &c.listener}) {
+    WedgePoint at_source = at.coordinates(source, DiffractionEdge::kSourceSide);
+    WedgePoint at_listener = at.coordinates(listener, DiffractionEdge::kListenerSide);
+    bool is_behind = false;
+    for (WedgePoint* const point : {&at_source, &at_listener}) {
         const double behind_rad = point->angle_rad - at.open_angle_rad;
         if (!(behind_rad > 0)) continue;
-        c.is_behind = true;
+        is_behind = true;
         point->angle_rad =
             point->angle_rad + behind_rad < 2 * std::numbers::pi ? at.open_angle_rad : 0;
     }
-    if (at.is_curved && !at.is_nearest(c.source, c.listener)) return {};
-    const double across_m = c.source.radius_m + c.listener.radius_m;
-    if (!(across_m > 0)) return {};
-    const double apex_m =
-        (c.source.along_m * c.listener.radius_m + c.listener.along_m * c.source.radius_m) /
-        across_m;
-    c.along_m = std::clamp(apex_m, 0.0, at.length_m);
-    const glm::dvec3 apex = at.point(c.along_m);
-    c.length_m = glm::distance(source, apex) + glm::distance(apex, listener);
-    c.detour_m = std::max(0.0, c.length_m - straight_m);
-    c.is_lit = WedgeIntegral::is_lit(c.source, c.listener);
-    if (c.detour_m >= (c.is_lit ? kLongestLitDetour_m : kLongestDetour_m)) return {};
-    const double beyond_rad =
-        std::numbers::pi - std::abs(c.listener.angle_rad - c.source.angle_rad);
-    c.is_at_boundary =
-        apex_m == c.along_m &&
-        std::abs(beyond_rad) * c.source.radius_m * c.listener.radius_m < kBesideEdge_m * across_m;
-    return c;
+    if (at.is_curved && !at.is_nearest(at_source, at_listener)) return {};
+    const auto path = EdgeCrossing::over(at, source, listener, at_source, at_listener);
+    if (!path || path->detour_m >= limits::longest_detour_m(path->is_lit)) return {};
+    return Candidate{*path, edge, is_behind};
 }
 
 /// The diffracted field of an edge. At the two edges of a slot the incident terms cancel the direct
@@ -179,8 +140,7 @@ EdgeField EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) c
                                                              c.source, c.listener)}
                           : divided_edge_field(integral_, scene_, edge, c.source, c.listener,
                                                {.share = c.opening});
-    const double longest_m = c.is_lit ? kLongestLitDetour_m : kLongestDetour_m;
-    const double near = smooth_step(4 * (1 - c.detour_m / longest_m));
+    const double near = limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit));
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double share = near * air_loss(c.length_m, attenuation_per_m, b);
         field.direct[b] *= share;
@@ -231,7 +191,7 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     // Where the straight path passes an edge closely, the coordinates of the edge decide whether it
     // is blocked, as they decide the sign of the diffracted field. A screen seen end-on blocks it
     // only if it does so for the edges at both ends.
-    const auto decides = [](const Candidate& c) { return c.opening > 0 && c.is_at_boundary; };
+    const auto decides = [](const Candidate& c) { return c.opening > 0 && c.is_at_boundary(); };
     const bool is_uncertain = std::any_of(candidates.begin(), candidates.end(), decides);
     const auto passes_screen = [&](const Candidate& c) {
         return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& other) {
@@ -287,14 +247,14 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
     for (const EdgePath& path : bent) {
         levels_db.push_back(level_db(energy_of(path.field), strongest));
     }
-    const double threshold_db = fade_threshold_db(levels_db, kMaxPaths, kWeakestPath_db);
+    const double threshold_db = fade_threshold_db(levels_db, kMaxPaths, limits::kSilence_db);
     for (std::size_t i = 0; i < bent.size(); ++i) {
         const double above_db = levels_db[i] - threshold_db;
         near.set(
             candidates[i].place,
             {.index = candidates[i].edge, .is_new = false, .is_free = true, .level_db = above_db});
         if (above_db <= 0) continue;
-        bent[i].scale(fade_weight(above_db));
+        bent[i].scale(limits::above_threshold(above_db));
         paths.push_back(std::move(bent[i]));
     }
     return paths;
@@ -419,13 +379,13 @@ std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths,
 
     std::vector<double> levels_db;
     for (const SoundPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));
-    const double threshold_db = fade_threshold_db(levels_db, kMaxTaps - 1, kWeakestTap_db);
+    const double threshold_db = fade_threshold_db(levels_db, kMaxTaps - 1, limits::kWeakestTap_db);
     std::vector<SoundPath> taps{first};
     Bands sum = first.energy;
     for (std::size_t i = 0; i < others.size(); ++i) {
         const double above_db = levels_db[i] - threshold_db;
         if (above_db <= 0) continue;
-        others[i].energy *= static_cast<float>(fade_weight(above_db));
+        others[i].energy *= static_cast<float>(limits::above_threshold(above_db));
         sum += others[i].energy;
         taps.push_back(others[i]);
     }

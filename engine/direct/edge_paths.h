@@ -113,9 +113,6 @@ class EdgePaths {
 
     static constexpr std::size_t kMaxTaps = 8;
 
-    /// Longest detour of a path over an edge. Fields fade out over the last quarter before it.
-    static constexpr double kLongestDetour_m = 15;
-
  private:
     struct Candidate;
     std::optional<Candidate> candidate(std::uint32_t edge, const glm::dvec3& source,

@@ -13,6 +13,7 @@
 #include "engine/base/near_field.h"
 #include "engine/base/tolerances.h"
 #include "engine/direct/edge_chain.h"
+#include "engine/direct/limits.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 #include "engine/edges/knife_edges.h"
@@ -23,11 +24,9 @@ namespace {
 
 constexpr double kParallel = 0.99;  // cosine of the angle between edges of a row
 constexpr double kSameSide = 0.3;  // cosine of the angle between the middle of an open angle and up
-constexpr double kNearestEnd_m = 0.05;    // from an edge to an end of the path
 constexpr double kNearStraight_m = 0.01;  // of bends on the same straight path; it fades out
 constexpr double kOffStraight_m = 0.04;
 constexpr double kLift_m = tolerances::kApart_m;  // of rays that would touch edges
-constexpr double kSharpRowBend_rad = 0.1;
 constexpr double kBesideObstacle_m = 0.5;
 
 // Edges below the path are independent towards the longest detour, as are edges whose ends are near
@@ -75,7 +74,7 @@ void EdgeRow::place_members(const SceneEdges& edges, std::span<const OpenEdge> r
             place_m += (due_m - glm::dot(member.apex - source_, first.axis)) / cosine;
         }
         member.inside_m = std::min(place_m, edge.length_m - place_m);
-        const double least_m = kNearestEnd_m - margin_m;
+        const double least_m = WedgeIntegral::kLeastRadius_m - margin_m;
         if (member.inside_m <= -margin_m || member.across_m < least_m ||
             member.across_m > across_m_ - least_m) {
             continue;
@@ -85,7 +84,7 @@ void EdgeRow::place_members(const SceneEdges& edges, std::span<const OpenEdge> r
         member.height_m = glm::dot(member.apex - source_, up_);
         const double detour_m = glm::distance(source_, member.apex) +
                                 glm::distance(member.apex, listener_) - glm::length(offset);
-        if (detour_m >= EdgePaths::kLongestDetour_m + 2 * margin_m) continue;
+        if (detour_m >= limits::kLongestDetour_m + 2 * margin_m) continue;
         members_.push_back(member);
     }
     std::sort(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
@@ -104,7 +103,7 @@ std::optional<EdgeRow> EdgeRow::place(const SceneEdges& edges, std::span<const O
     const double along_m = glm::dot(offset, first.axis);
     const glm::dvec3 across = offset - along_m * first.axis;
     placed.across_m_ = glm::length(across);
-    if (placed.across_m_ < 2 * kNearestEnd_m) return {};
+    if (placed.across_m_ < 2 * WedgeIntegral::kLeastRadius_m) return {};
     placed.up_ = glm::cross(first.axis, across / placed.across_m_);
     if (glm::dot(placed.up_, first.opens_to) < 0) placed.up_ = -placed.up_;
     const auto is_same = [&](const Placed& other) {
@@ -216,7 +215,7 @@ std::vector<std::uint32_t> EdgeRow::passed_below(const SceneEdges& edges) const 
     joined.find_obstacles(edges);
     std::vector<std::uint32_t> passed;
     for (const Obstacle& obstacle : joined.obstacles_) {
-        if (obstacle.knife.turn_rad <= kSharpRowBend_rad) continue;
+        if (obstacle.knife.turn_rad <= limits::kSharpBend_rad) continue;
         glm::dvec3 last = source_;
         glm::dvec3 next = listener_;
         for (std::size_t i = 0; i < obstacle.first; ++i) {
@@ -272,8 +271,8 @@ std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const st
     if (shares.size() < 2) return {};
     std::nth_element(shares.begin(), shares.begin() + 1, shares.end(), std::greater<>());
     const double detour_m = placed->length_m_ - glm::distance(source, listener);
-    placed->weight_ = std::min(shares[1], bends_share) *
-                      smooth_step(4 * (1 - detour_m / EdgePaths::kLongestDetour_m));
+    placed->weight_ =
+        std::min(shares[1], bends_share) * limits::before_limit(detour_m, limits::kLongestDetour_m);
     if (placed->weight_ < kLeastShare) return {};
     return placed;
 }
@@ -404,7 +403,7 @@ ComplexBands EdgeRow::free_field_ratio(const WedgeIntegral& integral, const RayS
     for (const Obstacle& obstacle : obstacles_) knives.push_back(obstacle.knife);
     ComplexBands ratio = knife_edges(knives, length_m_, integral);
     for (const Obstacle& obstacle : obstacles_) {
-        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpRowBend_rad);
+        const double sharpness = smooth_step(obstacle.knife.turn_rad / limits::kSharpBend_rad);
         if (sharpness == 0) continue;
         const Bands levels = levels_over_knife(obstacle, integral, scene, edges);
         for (std::size_t b = 0; b < kBandCount; ++b)
@@ -417,7 +416,7 @@ ComplexBands EdgeRow::free_field_ratio(const WedgeIntegral& integral, const RayS
 double EdgeRow::grazing_share() const {
     double largest = 0;
     for (const Obstacle& obstacle : obstacles_) {
-        const double sharpness = smooth_step(obstacle.knife.turn_rad / kSharpRowBend_rad);
+        const double sharpness = smooth_step(obstacle.knife.turn_rad / limits::kSharpBend_rad);
         largest = std::max(largest, obstacle.share * (1 - sharpness));
     }
     return largest;

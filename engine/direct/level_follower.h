@@ -21,12 +21,10 @@ class LevelFollower {
     /// centimetre. Behind a door the exact field changes half as much.
     static constexpr std::array<double, kBandCount> kSlope_db_m{15, 15, 15, 22.5, 30, 37.5, 60, 90};
 
-    /// Movement of an end in a frame beyond which it has jumped.
-    static constexpr float kJump_m = 0.25F;
-
-    /// The energies of a frame for those of the model, both in 1/m2. Ends that jump and the first
-    /// frame have those of the model. Steps of more than 10 dB need half a metre. At rest, and
-    /// where `has_moved` says that an object has moved, the pressure moves half-way in each frame.
+    /// The energies of a frame for those of the model, both in 1/m2. Ends that jump
+    /// (limits::kJump_m) and the first frame have those of the model. Steps of more than 10 dB need
+    /// half a metre. At rest, and where `has_moved` says that an object has moved, the pressure
+    /// moves half-way in each frame.
     const Bands& follow(const Vec3& source, const Vec3& listener, const Bands& model,
                         bool has_moved);
 

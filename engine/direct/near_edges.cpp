@@ -1,17 +1,14 @@
 #include "engine/direct/near_edges.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "engine/direct/edge_paths.h"
+#include "engine/direct/limits.h"
 
 namespace aula {
 
 namespace {
-
-constexpr double kFarther_m = 0.25;  // movement of an end after which edges are selected anew
 
 bool overlap(const Bounds& a, const Bounds& b) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -26,12 +23,14 @@ std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const g
                                                 const glm::dvec3& listener,
                                                 std::span<const Bounds> changed,
                                                 std::span<const std::uint32_t> followed) {
-    const auto has_left = [&](const glm::dvec3& source_before, const glm::dvec3& listener_before) {
-        return glm::distance(source, source_before) > kFarther_m ||
-               glm::distance(listener, listener_before) > kFarther_m;
+    const auto has_left = [&](const glm::dvec3& source_before, const glm::dvec3& listener_before,
+                              double by_m) {
+        return glm::distance(source, source_before) > by_m ||
+               glm::distance(listener, listener_before) > by_m;
     };
-    if (has_left(source_, listener_)) edges_.clear();
-    const bool selects = edges_.empty() || has_left(selected_source_, selected_listener_) ||
+    if (has_left(source_, listener_, double{limits::kJump_m})) edges_.clear();
+    const bool selects = edges_.empty() ||
+                         has_left(selected_source_, selected_listener_, limits::kSelectAnew_m) ||
                          (!changed.empty() && frames_ % kTurns == 0);
     source_ = source;
     listener_ = listener;
@@ -54,22 +53,15 @@ std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const g
 void NearEdges::select(const SceneEdges& edges) {
     const double straight_m = glm::distance(source_, listener_);
     // Until the next selection each end may change a detour by twice its movement.
-    const double longest_m = EdgePaths::kLongestDetour_m + 4 * kFarther_m;
+    const double longest_m = limits::kLongestDetour_m + 4 * limits::kSelectAnew_m;
     std::vector<std::pair<double, std::uint32_t>> detours;
     for (std::uint32_t e = 0; e < edges.count(); ++e) {
         const DiffractionEdge& edge = edges[e];
-        const auto across_m = [&](const glm::dvec3& offset, double along_m) {
-            return std::sqrt(std::max(0.0, glm::dot(offset, offset) - along_m * along_m));
-        };
-        const double s_m = glm::dot(source_ - edge.start, edge.axis);
-        const double l_m = glm::dot(listener_ - edge.start, edge.axis);
-        const double s_across_m = across_m(source_ - edge.start, s_m);
-        const double l_across_m = across_m(listener_ - edge.start, l_m);
-        if (!(s_across_m + l_across_m > 0)) continue;
-        const double apex_m = std::clamp(
-            (s_m * l_across_m + l_m * s_across_m) / (s_across_m + l_across_m), 0.0, edge.length_m);
-        const double detour_m = std::hypot(s_across_m, s_m - apex_m) +
-                                std::hypot(l_across_m, l_m - apex_m) - straight_m;
+        const WedgePoint s = edge.beside(source_);
+        const WedgePoint l = edge.beside(listener_);
+        if (!(s.radius_m + l.radius_m > 0)) continue;
+        const double along_m = std::clamp(apex_m(s, l), 0.0, edge.length_m);
+        const double detour_m = length_over_m(s, l, along_m) - straight_m;
         if (detour_m < longest_m) detours.emplace_back(detour_m, e);
     }
     if (detours.size() > kMax) {

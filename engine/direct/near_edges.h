@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "aula/engine/scene.h"
+#include "engine/direct/limits.h"
 #include "engine/edges/scene_edges.h"
 
 namespace aula {
@@ -24,7 +25,7 @@ class NearEdges {
         double level_db = 0;      ///< above that at which paths are left out
 
         /// Whether the path over the edge is tested in every frame.
-        bool is_in_use() const { return is_free && level_db > -6; }
+        bool is_in_use() const { return is_free && level_db > -limits::kFade_db; }
 
         friend bool operator==(const Edge&, const Edge&) = default;
     };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "aula/engine/scene.h"
+#include "engine/direct/limits.h"
 
 namespace aula {
 
@@ -50,11 +51,10 @@ struct PairChains {
 
     bool is_complete() const { return is_searched && !open; }
 
-    /// Whether the search was between these points, or points less than 10 cm from them.
+    /// Whether the search was between these points, or points near them.
     bool is_between(const Vec3& from, const Vec3& to) const {
-        constexpr float kMoved_m = 0.1F;
-        return is_searched && glm::distance(source, from) < kMoved_m &&
-               glm::distance(listener, to) < kMoved_m;
+        return is_searched && glm::distance(source, from) < limits::kSearchAnew_m &&
+               glm::distance(listener, to) < limits::kSearchAnew_m;
     }
 };
 

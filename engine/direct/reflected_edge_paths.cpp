@@ -10,6 +10,8 @@
 
 #include "engine/base/near_field.h"
 #include "engine/base/tolerances.h"
+#include "engine/direct/limits.h"
+#include "engine/edges/edge_crossing.h"
 #include "engine/edges/edge_field.h"
 #include "engine/edges/edge_passage.h"
 
@@ -19,23 +21,18 @@ namespace {
 
 using Point = glm::dvec3;
 
-constexpr double kBesideMirroredEdge_m = 1e-3;
 // Merged triangles are up to tolerances::kSame_m from their plane.
 constexpr double kBesidePlane_m = tolerances::kApart_m;
 
-// Largest detours over the edge between the images; fields fade out over the last quarter.
-constexpr double kLongestImageDetour_m = 15;
-constexpr double kLongestLitImageDetour_m = 11;
+/// Second extent of the bounds of a plane. A choice: the first Fresnel zone of a reflection 1 m
+/// away on both sides is as wide at 1 kHz, and smaller planes are many.
+constexpr double kLeastPlane_m = 0.5;
 
-// Planes are selected anew when an end has moved.
-constexpr double kFartherEnd_m = 0.25;
-constexpr double kLeastPlane_m = 0.5;  // second extent of a plane's bounds
-
-// Of an estimate at 500 Hz, relative to all other paths.
-constexpr std::size_t kBand = 3;
+/// Of estimates relative to all other paths. A choice: 0.004 dB of the energy each. Paths are tried
+/// by descending estimate, and a lower bound tries more.
 constexpr double kWeakestReflected_db = -30;
-constexpr double kReflectedFade_db = 6;
 
+// The reflections of a path as bits, see EdgePath.
 constexpr unsigned kBefore = 1;
 constexpr unsigned kAfter = 2;
 
@@ -76,19 +73,12 @@ std::optional<double> length_over(const ScenePlanes::Plane& plane, const Point& 
 }  // namespace
 
 /// A path between the images of source and listener over an edge.
-struct ReflectedEdgePaths::Candidate {
+struct ReflectedEdgePaths::Candidate : EdgeCrossing {
     std::uint32_t plane = 0;
     std::uint32_t edge = 0;
     unsigned sides = 0;  ///< kBefore and kAfter
     Point source_image{0};
     Point listener_image{0};
-    WedgePoint source{};
-    WedgePoint listener{};
-    double along_m = 0;  ///< of the apex
-    double length_m = 0;
-    double detour_m = 0;  ///< over the edge
-    bool is_lit = false;
-    bool is_at_boundary = false;
     double level_db = 0;  ///< estimated
 };
 
@@ -100,8 +90,8 @@ void ReflectedEdgePaths::select_planes(const Point& source, const Point& listene
                                        const ScenePlanes& planes, bool has_moved,
                                        PairReflections& memory) const {
     if (memory.has_planes && !has_moved &&
-        glm::distance(source, memory.selected_source) < kFartherEnd_m &&
-        glm::distance(listener, memory.selected_listener) < kFartherEnd_m) {
+        glm::distance(source, memory.selected_source) < limits::kSelectAnew_m &&
+        glm::distance(listener, memory.selected_listener) < limits::kSelectAnew_m) {
         return;
     }
     memory.has_planes = true;
@@ -138,38 +128,21 @@ std::vector<ReflectedEdgePaths::Candidate> ReflectedEdgePaths::candidates(
             }
             for (unsigned sides = kBefore; sides <= (is_twice ? kBefore | kAfter : kAfter);
                  ++sides) {
-                Candidate c{.plane = p, .edge = bent.edges[0], .sides = sides};
-                c.source_image = (sides & kBefore) != 0 ? source_image : source;
-                c.listener_image = (sides & kAfter) != 0 ? listener_image : listener;
-                c.source = edge.coordinates(c.source_image);
-                c.listener = edge.coordinates(c.listener_image);
-                if (std::max(c.source.angle_rad, c.listener.angle_rad) > edge.open_angle_rad) {
+                const Point& from = (sides & kBefore) != 0 ? source_image : source;
+                const Point& to = (sides & kAfter) != 0 ? listener_image : listener;
+                const WedgePoint at_source = edge.coordinates(from);
+                const WedgePoint at_listener = edge.coordinates(to);
+                if (std::max(at_source.angle_rad, at_listener.angle_rad) > edge.open_angle_rad) {
                     continue;
                 }
-                const double across_m = c.source.radius_m + c.listener.radius_m;
-                if (!(across_m > 0)) continue;
-                const double apex_m = (c.source.along_m * c.listener.radius_m +
-                                       c.listener.along_m * c.source.radius_m) /
-                                      across_m;
-                c.along_m = std::clamp(apex_m, 0.0, edge.length_m);
-                const Point apex = edge.point(c.along_m);
-                if (side * plane.distance_m(apex) < 0) continue;
-                c.length_m =
-                    glm::distance(c.source_image, apex) + glm::distance(apex, c.listener_image);
-                c.detour_m =
-                    std::max(0.0, c.length_m - glm::distance(c.source_image, c.listener_image));
-                c.is_lit = WedgeIntegral::is_lit(c.source, c.listener);
-                if (c.detour_m >= (c.is_lit ? kLongestLitImageDetour_m : kLongestImageDetour_m))
+                const auto path = EdgeCrossing::over(edge, from, to, at_source, at_listener);
+                if (!path || path->detour_m >= limits::longest_detour_m(path->is_lit) ||
+                    side * plane.distance_m(edge.point(path->along_m)) < 0) {
                     continue;
-                const double beyond_rad =
-                    std::numbers::pi - std::abs(c.listener.angle_rad - c.source.angle_rad);
-                c.is_at_boundary = sides != (kBefore | kAfter) && apex_m == c.along_m &&
-                                   std::abs(beyond_rad) * c.source.radius_m * c.listener.radius_m <
-                                       kBesideMirroredEdge_m * across_m;
-                // A fit of the half plane within 1.5 dB, with N = 2 detour / lambda.
-                const double n = integral_.wave_number_per_m(kBand) * c.detour_m / std::numbers::pi;
-                c.level_db = -20 * std::log10((2 + 4.8 * std::sqrt(n)) * c.length_m);
-                found.push_back(c);
+                }
+                const double loss = limits::half_plane_loss(path->detour_m, integral_);
+                found.push_back({*path, p, bent.edges[0], sides, from, to,
+                                 -20 * std::log10(loss * path->length_m)});
             }
         }
     }
@@ -246,7 +219,7 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
     if (memory.reflections.bent.empty()) return {};
     select_planes(source, listener, planes, has_moved, memory.reflections);
     const double total_db =
-        10 * std::log10(std::max(1e-30, 4 * std::numbers::pi * double{total[kBand]}));
+        10 * std::log10(std::max(1e-30, 4 * std::numbers::pi * double{total[limits::kEstimated]}));
     double threshold_db = total_db + kWeakestReflected_db;
     struct Free {
         Candidate candidate;
@@ -307,9 +280,8 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
         if (is_after) path.apexes.emplace_back(reflection_points[1]);
         path.field = edge_field(integral_, scene_, edge, c.source, c.listener, {.share = opening});
 
-        const double longest_m = c.is_lit ? kLongestLitImageDetour_m : kLongestImageDetour_m;
-        const double weight = smooth_step(4 * (1 - c.detour_m / longest_m)) *
-                              smooth_step((c.level_db - threshold_db) / kReflectedFade_db);
+        const double weight = limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit)) *
+                              limits::above_threshold(c.level_db - threshold_db);
         const Bands factor = directivity.factor(path.departure);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             path.field[b] *=
@@ -325,7 +297,7 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
                 path.field[b] *= share[b] * mirrored_pressure(material, b);
             }
         }
-        if (c.is_at_boundary) found.is_image_audible = c.is_lit;
+        if (c.sides != (kBefore | kAfter) && c.is_at_boundary()) found.is_image_audible = c.is_lit;
         paths.push_back(std::move(found));
     }
     return paths;

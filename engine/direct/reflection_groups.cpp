@@ -11,29 +11,26 @@
 #include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 #include "engine/direct/followed_taps.h"
+#include "engine/direct/limits.h"
+#include "engine/edges/edge_crossing.h"
 #include "engine/edges/edge_field.h"
 
 namespace aula {
 
 namespace {
 
-constexpr double kBesideReflectingEdge_m = 1e-3;
-
-// A group without an image source fades out over kGroupFade_db before it is dropped. Levels are
-// relative to the energy of all paths, in the band where they are highest.
-constexpr double kWeakestGroup_db = -40;
-constexpr double kGroupFade_db = 6;
-
 bool is_silent(const ComplexBands& field) {
     return std::all_of(field.begin(), field.end(), [](const auto& x) { return x == 0.0; });
 }
 
+/// The weight of a group without an image source, by its level relative to the energy of all paths
+/// in the band where it is highest.
 double weight_of(const Bands& energy, const Bands& total) {
     double ratio = 1e-30;
     for (std::size_t b = 0; b < kBandCount; ++b) {
         if (total[b] > 0) ratio = std::max(ratio, double{energy[b]} / double{total[b]});
     }
-    return smooth_step((10 * std::log10(ratio) - kWeakestGroup_db) / kGroupFade_db);
+    return limits::above_threshold(10 * std::log10(ratio) - limits::kWeakestTap_db);
 }
 
 }  // namespace
@@ -52,12 +49,11 @@ std::map<std::uint32_t, ReflectionGroups::Group> ReflectionGroups::groups_of(
     std::map<std::uint32_t, Group> groups;
     for (const EdgePath& path : bent) {
         const DiffractionEdge& edge = edges_[path.edges[0]];
-        const WedgePoint s = edge.coordinates(source);
-        const WedgePoint l = edge.coordinates(listener);
-        const double across_m = s.radius_m + l.radius_m;
-        const double apex_m = (s.along_m * l.radius_m + l.along_m * s.radius_m) / across_m;
+        const auto crossing = EdgeCrossing::over(edge, source, listener, edge.coordinates(source),
+                                                 edge.coordinates(listener));
+        if (!crossing) continue;
         // As in WedgeIntegral: the angles by which the reflections are within the faces.
-        const double sum_rad = s.angle_rad + l.angle_rad;
+        const double sum_rad = crossing->source.angle_rad + crossing->listener.angle_rad;
         const std::array<double, 2> within_rad{
             std::numbers::pi - sum_rad, std::numbers::pi - (2 * edge.open_angle_rad - sum_rad)};
         for (std::size_t face = 0; face < 2; ++face) {
@@ -67,9 +63,7 @@ std::map<std::uint32_t, ReflectionGroups::Group> ReflectionGroups::groups_of(
             Group& group = groups[plane];
             group.paths.push_back(path);
             group.paths.back().field = path.reflected[face];
-            if (apex_m > 0 && apex_m < edge.length_m &&
-                std::abs(within_rad[face]) * s.radius_m * l.radius_m <
-                    kBesideReflectingEdge_m * across_m) {
+            if (crossing->is_beside(within_rad[face])) {
                 group.decide(within_rad[face] > 0, edge.triangles[face]);
             }
         }
@@ -101,9 +95,8 @@ void ReflectionGroups::complete(std::vector<SoundPath>& paths, const Vec3& sourc
     PairReflections& memory = of_pair.reflections;
     const glm::dvec3 from(source);
     const glm::dvec3 to(listener);
-    const bool jumps = memory.is_first ||
-                       glm::distance(source, memory.source) > LevelFollower::kJump_m ||
-                       glm::distance(listener, memory.listener) > LevelFollower::kJump_m;
+    const bool jumps = memory.is_first || glm::distance(source, memory.source) > limits::kJump_m ||
+                       glm::distance(listener, memory.listener) > limits::kJump_m;
     memory.source = source;
     memory.listener = listener;
     memory.is_first = false;

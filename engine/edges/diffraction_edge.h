@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
 
@@ -28,6 +29,12 @@ struct DiffractionEdge {
 
     /// The unit vector at an angle from the first face.
     glm::dvec3 direction(double angle_rad) const;
+
+    /// A point in the coordinates of the edge, without its angle.
+    WedgePoint beside(const glm::dvec3& point) const {
+        const glm::dvec3 offset = point - start;
+        return {glm::length(glm::cross(offset, axis)), 0, glm::dot(offset, axis)};
+    }
 
     /// A point in the coordinates of the edge. Its angle is 0 to 2 pi.
     WedgePoint coordinates(const glm::dvec3& point) const;

@@ -109,15 +109,9 @@ class Newton {
 
 /// The point of an edge on the shortest path over it alone, also beyond its ends.
 double unfolded_m(const DiffractionEdge& edge, const glm::dvec3& from, const glm::dvec3& to) {
-    const auto along = [&](const glm::dvec3& p) { return glm::dot(p - edge.start, edge.axis); };
-    const auto radius = [&](const glm::dvec3& p) {
-        return glm::length(glm::cross(p - edge.start, edge.axis));
-    };
-    const double from_radius = radius(from);
-    const double to_radius = radius(to);
-    const double across = from_radius + to_radius;
-    return across > 0 ? (along(from) * to_radius + along(to) * from_radius) / across
-                      : 0.5 * (along(from) + along(to));
+    const WedgePoint a = edge.beside(from);
+    const WedgePoint b = edge.beside(to);
+    return a.radius_m + b.radius_m > 0 ? apex_m(a, b) : 0.5 * (a.along_m + b.along_m);
 }
 
 }  // namespace

@@ -12,7 +12,6 @@ namespace aula {
 
 namespace {
 
-constexpr double kLeastRadius_m = 0.05;
 constexpr double kLeastDetour_m = 1e-8;
 constexpr int kFirstNodeExponent = -38;  // q_0 = 2^-38 m = 3.6e-12 m
 constexpr int kNodeCount = 44;
@@ -217,6 +216,15 @@ struct WedgeIntegral::Terms {
     double scale_m;                           ///< below which B(q) exp(-k q) is a power of q
 };
 
+double apex_m(const WedgePoint& a, const WedgePoint& b) {
+    return (a.along_m * b.radius_m + b.along_m * a.radius_m) / (a.radius_m + b.radius_m);
+}
+
+double length_over_m(const WedgePoint& a, const WedgePoint& b, double along_m) {
+    return std::hypot(a.radius_m, a.along_m - along_m) +
+           std::hypot(b.radius_m, b.along_m - along_m);
+}
+
 ComplexBands WedgeField::total() const {
     ComplexBands sum;
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -283,13 +291,10 @@ WedgeField WedgeIntegral::field(const Wedge& wedge, WedgePoint source, WedgePoin
             terms.scale_m, per_square_m * terms.twice_square[i] / (terms.index * terms.index));
     }
 
-    const double apex_along_m =
-        (source.along_m * receiver.radius_m + receiver.along_m * source.radius_m) / across_m;
+    const double apex_along_m = apex_m(source, receiver);
     // Length beyond L0 of the path through a point of the edge.
     const auto beyond_apex_m = [&](double along_m) {
-        return std::max(0.0, std::hypot(source.radius_m, along_m - source.along_m) +
-                                 std::hypot(receiver.radius_m, along_m - receiver.along_m) -
-                                 terms.apex_m);
+        return std::max(0.0, length_over_m(source, receiver, along_m) - terms.apex_m);
     };
     WedgeField sum;
     const bool above_low = apex_along_m > wedge.low_m;

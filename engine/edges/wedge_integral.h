@@ -28,6 +28,13 @@ struct WedgePoint {
     double along_m = 0;    ///< coordinate along the edge
 };
 
+/// The point of the line of an edge on the shortest path between two points over it, of which at
+/// most one is on the line.
+double apex_m(const WedgePoint& a, const WedgePoint& b);
+
+/// The length between two points over a point of the line of an edge.
+double length_over_m(const WedgePoint& a, const WedgePoint& b, double along_m);
+
 /// The field that an edge diffracts from a source of amplitude 1 at 1 m, in the terms that the
 /// boundaries of geometrical acoustics divide. Each term jumps where its geometrical part appears,
 /// so that their sum is continuous. Time factor exp(+i omega t).
@@ -46,8 +53,9 @@ class WedgeIntegral {
  public:
     explicit WedgeIntegral(double speed_of_sound_m_s);
 
-    /// The diffracted field. Source and receiver lie in the open angle. A radius below 5 cm counts
-    /// as 5 cm. On a boundary of geometrical acoustics the point counts as in the shadow.
+    /// The diffracted field. Source and receiver lie in the open angle. A radius below
+    /// kLeastRadius_m counts as that. On a boundary of geometrical acoustics the point counts as in
+    /// the shadow.
     WedgeField field(const Wedge& wedge, WedgePoint source, WedgePoint receiver) const;
 
     /// Whether the faces of a wedge leave the straight line between two points free.
@@ -56,6 +64,10 @@ class WedgeIntegral {
     double wave_number_per_m(std::size_t band) const {
         return lowest_wave_number_per_m_ * static_cast<double>(1U << band);
     }
+
+    /// A choice, below the radius of a head (8.75 cm): an ear that is nearer to an edge is no
+    /// point.
+    static constexpr double kLeastRadius_m = 0.05;
 
  private:
     struct Terms;

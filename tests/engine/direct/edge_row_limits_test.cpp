@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/direct/edge_row.h"
+#include "engine/direct/limits.h"
 #include "tests/engine/direct/edge_rows.h"
 #include "tests/engine/edges/obstacles.h"
 
@@ -65,7 +66,7 @@ TEST_CASE("a row fades out over the last quarter of the longest detour") {
             row_over(place, {{0, 0}, {3, 0}}, {-200, -below_m, 0}, {203, -below_m, 0});
         return over ? over->weight() : 0;
     };
-    const double longest_m = aula::EdgePaths::kLongestDetour_m;
+    const double longest_m = aula::limits::kLongestDetour_m;
     CHECK(weight(0.7 * longest_m) == 1);
     CHECK(weight(0.875 * longest_m) == Approx(0.5).margin(1e-3));
     CHECK(weight(1.001 * longest_m) == 0);
@@ -80,7 +81,7 @@ TEST_CASE("the search keeps rows that both ends may come to before the next sear
     }
     const auto rows = [&](double beyond_m) {
         // The detour over the screen that is nearer to the middle.
-        const double side_m = 201.5 + (aula::EdgePaths::kLongestDetour_m + beyond_m) / 2;
+        const double side_m = 201.5 + (aula::limits::kLongestDetour_m + beyond_m) / 2;
         const double below_m = std::sqrt(side_m * side_m - 201.5 * 201.5);
         return EdgeRow::candidates(place.edges, tops, {-200, -below_m, 0}, {203, -below_m, 0});
     };

@@ -10,6 +10,7 @@
 
 #include "engine/base/sampling.h"
 #include "engine/direct/edge_paths.h"
+#include "engine/direct/limits.h"
 #include "tests/support/rooms.h"
 
 namespace near_edges_test {
@@ -113,8 +114,8 @@ TEST_CASE("edges that a movement may bring into reach before the next selection 
         scene.objects = {object};
         return !Search(scene).frame(kSource, kListener).empty();
     };
-    CHECK(selected(EdgePaths::kLongestDetour_m + 0.9));  // 4 movements of 0.25 m
-    CHECK_FALSE(selected(EdgePaths::kLongestDetour_m + 1.1));
+    CHECK(selected(limits::kLongestDetour_m + 0.9));  // 4 movements of 0.25 m
+    CHECK_FALSE(selected(limits::kLongestDetour_m + 1.1));
 }
 
 TEST_CASE("edges in use are tested in every frame") {

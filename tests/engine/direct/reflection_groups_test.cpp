@@ -12,6 +12,7 @@
 #include "aula/engine/propagation.h"
 #include "engine/direct/direct_sound.h"
 #include "engine/direct/level_follower.h"
+#include "engine/direct/limits.h"
 #include "engine/edges/wedge_integral.h"
 #include "engine/trace/specular_paths.h"
 #include "tests/engine/direct/edge_path_scene.h"
@@ -346,8 +347,8 @@ TEST_CASE(
     };
     const double model = energy_after(listener);
     REQUIRE(model > 0);
-    // A step of LevelFollower::kJump_m is none. Exact: the energies of the model.
-    CHECK(energy_after(listener + Vec3(aula::LevelFollower::kJump_m, 0, 0)) < 0.5 * model);
+    // A step of limits::kJump_m is none. Exact: the energies of the model.
+    CHECK(energy_after(listener + Vec3(aula::limits::kJump_m, 0, 0)) < 0.5 * model);
     CHECK(energy_after(listener + Vec3(0.26F, 0, 0)) == model);
 }
 
