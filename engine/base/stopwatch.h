@@ -14,14 +14,8 @@ class Stopwatch {
         return s;
     }
 
-    /// The seconds since the construction.
-    double total_s() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - first_).count();
-    }
-
  private:
-    std::chrono::steady_clock::time_point first_ = std::chrono::steady_clock::now();
-    std::chrono::steady_clock::time_point last_ = first_;
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace aula

@@ -38,9 +38,8 @@ class DecayCurve {
     /// Energy from a time on, to the end of the response.
     double from(double time_s) const;
 
-    /// Estimated energy after the end of the response, and its mean time after that.
+    /// Estimated energy after the end of the response.
     double tail() const { return tail_; }
-    double tail_time_s() const { return tail_time_s_; }
 
     /// Time at which the curve, including the tail, first falls to `level_db` < 0 re its start.
     /// Empty if it never does or does so with its last arrival.
