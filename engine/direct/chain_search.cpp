@@ -21,14 +21,30 @@ namespace aula {
 namespace {
 
 // The search for the chains of a pair: A* with the cost of a path, its length and a penalty for
-// each bend.
+// each bend. Its bounds are choices: larger ones find weaker chains and take more frames.
+
+/// A bend in the shadow takes at least 6 dB, as the length of a path of 3 m does if it doubles.
 constexpr double kPerBend_m = 3;
+
+/// Paths that are continued, each over kMaxNeighbours edges: at most 64 x 64 shortest paths, 4 ms
+/// at Budget::kPath.
 constexpr int kMaxExpansions = 64;
-constexpr int kMaxTrials = 256;
-constexpr std::size_t kMaxFound = 16;
-constexpr std::size_t kMaxContacts = 12;
+
+/// Edges that an edge sees: the nearest.
 constexpr std::size_t kMaxNeighbours = 64;
-constexpr double kLongestSegment_m = 30;
+
+/// Whole paths of which the rays are traced: four for each path that is continued.
+constexpr int kMaxTrials = 4 * kMaxExpansions;
+
+/// Chains found, of which ChainSearch::kMaxChains are kept. They are found by cost and kept by
+/// estimated level; twice as many bridge the difference.
+constexpr std::size_t kMaxFound = 2 * ChainSearch::kMaxChains;
+
+/// Edges of a path. Round a column of 32 sides twelve of them turn it by 135 degrees.
+constexpr std::size_t kMaxContacts = 12;
+
+/// Between two edges: twice the longest detour.
+constexpr double kLongestSegment_m = 2 * limits::kLongestDetour_m;
 
 // The work of a frame as a number of rays, about 1 us each. After a movement of an object all pairs
 // are searched anew, and what they hear may change at once. An end that walks moves by some
@@ -36,7 +52,9 @@ constexpr double kLongestSegment_m = 30;
 constexpr std::int64_t kRaysUnchanged = 2048;
 constexpr std::int64_t kRaysChanged = 8192;
 constexpr std::int64_t kFirstRays = 65'536;
-constexpr std::size_t kMaxPoints = 64;  // whose visible edges are known
+
+/// Points whose visible edges are known: those of 32 pairs. A choice: a byte per edge each.
+constexpr std::size_t kMaxPoints = 64;
 
 // Along each of two edges: they see each other if one of nine segments between them is free.
 constexpr std::array kPlaces{0.5, 0.05, 0.95};
@@ -65,7 +83,7 @@ Vec3 point_beside(const DiffractionEdge& edge, double place, const glm::dvec3& s
 
 /// Consecutive edges of a curved surface form one bend.
 bool is_one_bend(const DiffractionEdge& a, const DiffractionEdge& b) {
-    return a.is_curved && b.is_curved && std::abs(glm::dot(a.axis, b.axis)) > 0.9;
+    return a.is_curved && b.is_curved && a.is_along(b);
 }
 
 double gap_m(const DiffractionEdge& a, const DiffractionEdge& b) {

@@ -48,7 +48,9 @@ class ChainSearch {
     void join_rows(const Vec3& source, const Vec3& listener, const PairChains& pair,
                    const Bands& attenuation_per_m, std::vector<EdgePath>& paths) const;
 
-    static constexpr std::size_t kMaxChains = 8;  ///< of a pair
+    /// Of a pair. A choice, like EdgePaths::kMaxTaps: each takes two wedge integrals and some rays
+    /// in every frame.
+    static constexpr std::size_t kMaxChains = 8;
 
  private:
     using Sequence = std::vector<std::uint32_t>;  ///< edges

@@ -16,12 +16,21 @@ namespace aula {
 
 namespace {
 
-// Rays pass an edge that closely, and rays to the end of an edge end beside it.
+/// Rays pass an edge that closely, and rays to the end of an edge end beside it.
 constexpr double kBesideChain_m = tolerances::kApart_m + EdgePassage::kFromEnd_m;
+
+/// Angle by which a path that is lit or not is on that side of a boundary: above rounding, and
+/// below all that is heard.
 constexpr double kLeastTurn_rad = 1e-6;
 
-// The products from both ends have a mean phase up to that angle from opposite phases.
+/// The products from both ends have a mean phase up to that angle from opposite phases, towards
+/// which the field fades out. A choice: the mean turns by up to a quarter of the change of one of
+/// them there.
 constexpr double kOppositePhases_rad = std::numbers::pi / 4;
+
+/// Cosine of the angle between the edges of a narrow face, up to 45 degrees: more than half of each
+/// is beside the other. A choice.
+constexpr double kAlongFace = 0.7;
 
 /// Whether a point lies behind the faces of an edge, by more than rounding: a segment that ends at
 /// a corner of a face may lie in the face.
@@ -379,7 +388,7 @@ double EdgeChain::share() const {
         const Contact& here = contacts_[i];
         const Contact& next = contacts_[i + 1];
         const bool is_narrow_face =
-            here.shares_next && std::abs(glm::dot(here.edge->axis, next.edge->axis)) > 0.7;
+            here.shares_next && std::abs(glm::dot(here.edge->axis, next.edge->axis)) > kAlongFace;
         if (!is_narrow_face)
             share *= std::min(1.0, (next.before_m - here.before_m) / EdgePassage::kNarrow_m);
     }

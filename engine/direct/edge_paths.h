@@ -111,6 +111,7 @@ class EdgePaths {
     std::vector<SoundPath> taps(std::span<const EdgePath> paths,
                                 std::optional<EdgePath>& last_primary) const;
 
+    /// Of a pair. A choice: each is a filter and a direction of the renderer for a source.
     static constexpr std::size_t kMaxTaps = 8;
 
  private:

@@ -89,7 +89,7 @@ class EdgeRow {
                                         const glm::dvec3& source, const glm::dvec3& listener,
                                         double margin_m, std::vector<Placed>* known = nullptr);
     void place_members(const SceneEdges& edges, std::span<const OpenEdge> row, double margin_m);
-    // Edges farther below the path than a detour of 0.16 m, v = 1 at 500 Hz, are independent.
+    /// Edges farther below the path are independent: v = sqrt(4 detour / lambda) = 1 at 500 Hz.
     static constexpr double kLongestClearDetour_m = 0.16;
 
     void find_bends();

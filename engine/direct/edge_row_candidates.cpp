@@ -4,14 +4,24 @@
 
 #include "engine/base/tolerances.h"
 #include "engine/direct/edge_row.h"
+#include "engine/direct/limits.h"
+#include "engine/direct/pair_chains.h"
 
 namespace aula {
 
 namespace {
 
-constexpr double kMargin_m = 0.15;  // for movements of both ends until the next search
+/// For movements of both ends until the next search is complete: half more than begins it.
+constexpr double kMargin_m = 0.15;
+static_assert(kMargin_m > double{limits::kSearchAnew_m});
+
+/// Edges of a row: the tops of 24 pews with two edges each. A choice: the integral takes a matrix
+/// for each.
 constexpr std::size_t kMaxMembers = 48;
+
+/// Of a pair: the bits of OpenChainSearch::rows_of.
 constexpr std::size_t kMaxRows = 8;
+static_assert(kMaxRows <= 8 * sizeof(decltype(OpenChainSearch::rows_of)::value_type));
 
 }  // namespace
 

@@ -12,9 +12,15 @@ namespace aula {
 
 namespace {
 
-constexpr double kResting_m = 5e-3;   // movement in a frame below which an end begins to rest
-constexpr double kLongest_m = 0.5;    // walked while a level follows
-constexpr double kReached_db = 0.01;  // remaining difference at which a level is that of the model
+/// Movement in a frame below which an end begins to rest: a tenth of that of a walk.
+constexpr double kResting_m = 5e-3;
+
+/// Walked while a level follows. A choice: a third of a second of a walk, in which a change of 60
+/// dB is a fade.
+constexpr double kLongest_m = 0.5;
+
+/// Remaining difference at which a level is that of the model: not heard, and a rest ends.
+constexpr double kReached_db = 0.01;
 
 /// The level of a pressure between those of two levels.
 double between_db(double from_db, double to_db, double share) {

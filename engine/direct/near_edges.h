@@ -56,8 +56,13 @@ class NearEdges {
     /// By ascending index.
     std::span<const Edge> all() const { return edges_; }
 
+    /// A choice: the first frame of a pair tests all of them, with five rays and more each, in
+    /// about 3 ms.
     static constexpr std::size_t kMax = 512;
-    static constexpr std::uint64_t kTurns = 8;  ///< frames in which all edges are tested once
+
+    /// Frames in which all edges are tested once. A choice: an edge that comes into use is heard
+    /// after at most 0.27 s at 30 frames per second.
+    static constexpr std::uint64_t kTurns = 8;
 
  private:
     void select(const SceneEdges& edges);

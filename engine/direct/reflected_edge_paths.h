@@ -44,7 +44,10 @@ class ReflectedEdgePaths {
                                         const Bands& attenuation_per_m, const Bands& total,
                                         bool has_moved, PairMemory& memory) const;
 
+    /// Of a pair. A choice, like EdgePaths::kMaxTaps.
     static constexpr std::size_t kMax = 8;
+
+    /// Of a pair, the nearest: those of a box.
     static constexpr std::size_t kMaxPlanes = 6;
 
  private:

@@ -57,6 +57,12 @@ struct DiffractionEdge {
     /// line between two points, whose normal lies between those of the faces.
     bool is_nearest(const WedgePoint& source, const WedgePoint& listener) const;
 
+    /// Whether another edge has nearly the same direction: within 26 degrees, as on a cone. A
+    /// choice.
+    bool is_along(const DiffractionEdge& other) const {
+        return std::abs(glm::dot(axis, other.axis)) > 0.9;
+    }
+
     /// The angle by which the surface bends, above 0; pi at a free edge.
     float bend_rad() const { return static_cast<float>(open_angle_rad - std::numbers::pi); }
 

@@ -14,6 +14,7 @@
 
 #include "engine/base/mix64.h"
 #include "engine/base/tolerances.h"
+#include "engine/edges/scene_edges.h"
 #include "engine/edges/welded_points.h"
 
 namespace aula {
@@ -26,16 +27,21 @@ using Cell = glm::ivec3;
 using tolerances::kOnFace_rad;
 using tolerances::kSame_m;
 
-constexpr double kLeastSide_m = 5e-3;
+/// Shorter sides have no direction: their ends may be off by kSame_m.
+constexpr double kLeastSide_m = 5 * kSame_m;
+
+// Edges below kShort_m diffract little: a third of a wavelength at 1 kHz. Those below kLong_m count
+// in scenes of up to kFew edges. Choices: each frame of a new pair tests all edges for their
+// detour.
 constexpr double kShort_m = 0.1;
 constexpr double kLong_m = 0.25;
 constexpr std::size_t kFew = 2000;
-constexpr double kSmallObject_m = 0.3;
 
-// Curved surfaces: an octagonal column, whose bends are 45 degrees, is one.
+/// Bends of curved surfaces: an octagonal column, whose bends are 45 degrees, is one.
 constexpr double kCurvedBend_rad = 46 * std::numbers::pi / 180;
+
+/// Width of their faces. A choice: larger ones are walls, at whose edges one hears single bends.
 constexpr double kCurvedFace_m = 1;
-constexpr double kNearlyParallel = 0.9;
 
 struct Face {
     std::array<std::uint32_t, 3> corners;
@@ -126,9 +132,14 @@ class SideLines {
     const Line& operator[](std::uint32_t line) const { return lines_[line]; }
 
  private:
+    /// Of a side to its line: 1 degree, as between faces.
     static constexpr double kSlope = 0.02;
-    static constexpr double kTurn = 0.1;    // cells of directions
-    static constexpr double kCell_m = 0.1;  // of the positions across the direction
+    static_assert(kSlope > kOnFace_rad);
+
+    // Cells of directions, and of the positions across them. A choice: a side covers few, and few
+    // lines share one.
+    static constexpr double kTurn = 0.1;
+    static constexpr double kCell_m = 0.1;
 
     bool is_near(const Point& p, std::uint32_t line, double tolerance_m) const {
         return glm::length(glm::cross(p - lines_[line].origin, lines_[line].axis)) <= tolerance_m;
@@ -172,7 +183,7 @@ class Soup {
                 high = glm::max(high, Point(v));
             }
         }
-        if (!(glm::length(high - low) >= kSmallObject_m)) return;
+        if (!(glm::length(high - low) >= double{SceneEdges::kSmall_m})) return;
         middle_ = 0.5 * (low + high);
         add_faces(scene, triangles);
         add_sides();
@@ -435,8 +446,7 @@ void mark_curved(const RayScene& scene, std::vector<DiffractionEdge>& edges) {
         const Point across = other.point(other.length_m / 2) - edge.start;
         return a.edge != b.edge &&
                std::abs(double{glm::dot(face.normal, other_face.normal)}) > std::cos(kOnFace_rad) &&
-               std::abs(glm::dot(edge.axis, other.axis)) > kNearlyParallel &&
-               glm::length(glm::cross(across, edge.axis)) < kCurvedFace_m;
+               edge.is_along(other) && glm::length(glm::cross(across, edge.axis)) < kCurvedFace_m;
     };
     for (auto from = corners.begin(); from != corners.end();) {
         const auto to = std::find_if(

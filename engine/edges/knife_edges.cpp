@@ -12,6 +12,7 @@ namespace aula {
 
 namespace {
 
+/// Of the rule of Gauss and Legendre at an edge: exact within 1e-4 (test_engine "N knife edges*").
 constexpr std::size_t kNodes = 20;
 using Values = std::array<double, kNodes>;
 using ComplexValues = std::array<std::complex<double>, kNodes>;
@@ -45,14 +46,19 @@ Nodes gauss_legendre() {
     return nodes;
 }
 
-// The nodes resolve the kernels of longer segments, relative to the variance of the heights.
+/// The nodes resolve the kernels of longer segments, relative to the variance of the heights
+/// (test_engine "of edges that are too close*").
 constexpr double kShortest = 0.035;
 
-// Edges whose detour is longer, in radians, act independently of the others.
+// Edges whose detour is longer, in radians, act independently of the others: alone they change the
+// pressure by 1 / (2 sqrt(pi detour)), 10 % and 6 %. A low edge is integrated below itself, where
+// the integrand decays, and may therefore be farther away (test_engine "over high and low edges*").
 constexpr double kLongestDetour_rad = 8;
 constexpr double kLongestLowDetour_rad = 20;
 
-// The logarithms of the growth above which an edge is low, and that two low edges may have.
+// The logarithms of the growth above which an edge is low, and that two low edges may have: the
+// nodes resolve a growth by exp(0.25), and by exp(4) their sum loses less than two digits (same
+// test).
 constexpr double kLow = 0.25;
 constexpr double kMostGrowth = 4;
 

@@ -49,8 +49,7 @@ SceneEdges::SceneEdges(const RayScene& scene) : scene_(scene) {
 
 /// Fixed objects that touch each other count as one: the bricks of a wall are not small.
 void SceneEdges::find_small() {
-    constexpr float kSmall_m = 0.3F;
-    constexpr float kTouch_m = 0.01F;
+    constexpr float kTouch_m = 0.01F;  // a joint of mortar
     std::vector<Bounds> bounds;
     std::vector<char> moves;
     for (std::uint32_t t = 0; t < scene_.triangle_count(); ++t) {
@@ -100,7 +99,7 @@ bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
     const float distance_m = glm::distance(from, to);
     const Vec3 direction = (to - from) / distance_m;
     float passed_m = RayScene::kOffset_m;
-    constexpr int kMaxFaces = 32;
+    constexpr int kMaxFaces = 32;  // of small objects; a ray through more is blocked
     for (int face = 0; face < kMaxFaces; ++face) {
         const float rest_m = distance_m - passed_m - RayScene::kOffset_m;
         if (rest_m <= 0) return true;
@@ -150,9 +149,13 @@ SceneEdges::Frame SceneEdges::frame_of(std::uint32_t triangle) const {
 /// foot of a wall on an undivided floor. Such faces leave no sector above pi. Short rays around the
 /// edge meet them.
 bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
-    constexpr std::array kPlaces{0.5, 0.1, 0.9};
-    constexpr double kRadius_m = 5e-3;
+    constexpr std::array kPlaces{0.5, 0.1, 0.9};  // of the length, off the ends
+    // Chords begin off the faces by more than they are shortened, and pass the edge farther than it
+    // is off: 0.14 < sin(kMargin_rad), 0.69 < cos(kStep_rad / 2).
+    constexpr double kRadius_m = 5 * tolerances::kSame_m;
     constexpr double kMargin_rad = 0.15;
+    static_assert(0.14 * kRadius_m > double{tolerances::kOffset_m});
+    static_assert(0.69 * kRadius_m > tolerances::kSame_m);
     constexpr double kStep_rad = 1.6;  // chords pass the edge at 0.7 of the radius
     const double span_rad = edge.open_angle_rad - 2 * kMargin_rad;
     const int steps = static_cast<int>(std::ceil(span_rad / kStep_rad));

@@ -32,6 +32,10 @@ class SceneEdges {
     /// Whether there are small objects.
     bool has_small() const { return has_small_; }
 
+    /// Objects of a smaller diagonal have no edges. A choice: half a wavelength at 570 Hz, below
+    /// which an object on the straight line hardly changes the sound behind it.
+    static constexpr float kSmall_m = 0.3F;
+
     std::size_t count() const { return edges_.size(); }
     const DiffractionEdge& operator[](std::uint32_t edge) const { return edges_[edge]; }
     const std::vector<DiffractionEdge>& all() const { return edges_; }

@@ -8,9 +8,16 @@ namespace aula {
 
 namespace {
 
+/// Bounds the time where edges touch. Elsewhere Newton's method converges quadratically.
 constexpr int kMaxSteps = 40;
-constexpr double kExact = 1e-11;      // of the derivative of the length
-constexpr double kRounding_m = 1e-7;  // smooths the length of a segment between touching edges
+
+/// Derivative of the length at its minimum, a difference of cosines: 1e5 times their rounding.
+constexpr double kExact = 1e-11;
+
+/// Smooths the length of a segment between touching edges: far below tolerances::kInPlane_m.
+constexpr double kRounding_m = 1e-7;
+
+/// Least curvature of the length, where edges lie in the path: 1e-9 of that over an edge at 1 m.
 constexpr double kRidge_per_m = 1e-9;
 
 /// Length, gradient and Hessian at given points.

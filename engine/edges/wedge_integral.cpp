@@ -12,10 +12,22 @@ namespace aula {
 
 namespace {
 
+/// Detour to a boundary of geometrical acoustics that keeps the pole off the path of integration:
+/// the field of a half plane differs by 7e-4 of free field from that at the boundary at 8 kHz.
 constexpr double kLeastDetour_m = 1e-8;
-constexpr int kFirstNodeExponent = -38;  // q_0 = 2^-38 m = 3.6e-12 m
+
+/// q_0 = 2^-38 m = 3.6e-12 m, 2^-10 of the scale of kLeastDetour_m: see kBelowScale.
+constexpr int kFirstNodeExponent = -38;
+static_assert(kLeastDetour_m > 1024.0 / (std::int64_t{1} << 38));
+
+/// The last node is 2^5 m, where exp(-k q) is 1e-16 at 63 Hz.
 constexpr int kNodeCount = 44;
+
+/// beta_1 to beta_4.
 constexpr std::size_t kTerms = 4;
+
+/// Open angles as near to those of a half plane or a right angle have their faster formulas: about
+/// 1e-6 of the field.
 constexpr double kSameIndex = 1e-6;
 
 constexpr std::array<double, kNodeCount> kNode_m = [] {
@@ -322,6 +334,7 @@ void WedgeIntegral::add_end(const Terms& terms, double beyond_apex_m, double fac
     const double nu = terms.index;
     const bool at_apex = beyond_apex_m < 8 * kNode_m[0];
     const double smallest_m = at_apex ? terms.scale_m : std::min(terms.scale_m, beyond_apex_m);
+    // Below 2^-10 of the scale B is a power of q within a per mille.
     constexpr double kBelowScale = 1.0 / 1024;
     const int first =
         std::clamp(std::ilogb(smallest_m * kBelowScale) - kFirstNodeExponent, 0, kNodeCount - 1);

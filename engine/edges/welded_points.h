@@ -92,6 +92,7 @@ class WeldedPoints {
     const glm::dvec3& operator[](std::uint32_t index) const { return points_[index]; }
 
  private:
+    /// A search visits one cell for most points, and few points share one.
     static constexpr double kCell_m = 8 * tolerances::kSame_m;
     CellTable table_;
     std::vector<glm::dvec3> points_;
