@@ -335,6 +335,7 @@ class GltfReader {
         return number;
     }
 
+    /// Bounds the time of files whose nodes name each other's meshes many times.
     static constexpr std::uint64_t kMaxPrimitives = 1'000'000;
     static constexpr const char* kDraco = "KHR_draco_mesh_compression";
     static constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();

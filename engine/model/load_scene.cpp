@@ -10,7 +10,7 @@
 namespace aula {
 
 LoadedScene load_scene(const std::filesystem::path& file, SignalFiles signals) {
-    constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20U;
+    constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20U;  // bounds memory
     const std::filesystem::path folder = file.parent_path();
     const std::string name = file.string();
     if (!is_mesh_file(file))

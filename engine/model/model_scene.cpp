@@ -324,7 +324,7 @@ class SceneMaker {
         // Without a sound one hears a clap each second.
         set(source, "signal", text(sound.value_or("impulse")));
         if (place.loop || !sound) set(source, "loop", {true});
-        constexpr double kLowest_db = -200;
+        constexpr double kLowest_db = -200;  // of scene files
         const double gain_db =
             place.gain > 0 ? std::max(20 * std::log10(place.gain), kLowest_db) : kLowest_db;
         if (std::abs(gain_db) > 1e-3) set(source, "gain_db", rounded(gain_db));

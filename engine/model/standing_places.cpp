@@ -17,7 +17,9 @@ namespace {
 constexpr int kGrid = 24;
 constexpr float kClosest_m = 0.5F;  ///< spacing of the grid at least
 
+/// A tall person.
 constexpr float kHeadroom_m = 1.9F;
+
 /// Free space around a person.
 constexpr float kAround_m = 0.5F;
 
@@ -50,7 +52,7 @@ float distance_m(const RayScene& scene, const Vec3& from, const Vec3& direction)
 
 /// The least distance to a wall at the height of a place.
 float clearance_m(const RayScene& scene, const Vec3& place) {
-    constexpr int kAround = 8;
+    constexpr int kAround = 8;  // every 45 degrees: walls, corners
     float least_m = std::numeric_limits<float>::infinity();
     for (int i = 0; i < kAround; ++i) {
         const double azimuth_rad = 2 * std::numbers::pi * i / kAround;
@@ -66,7 +68,7 @@ bool is_on_furniture(const RayScene& scene, const Vec3& place) {
     constexpr int kWidth = 6;                // samples across the widest table
     constexpr float kSample_m = 0.25F;       // half of a chair
     constexpr float kHighestStep_m = 0.21F;  // of stairs
-    constexpr int kSides = 4;
+    constexpr int kSides = 4;                // along two axes
     const Vec3 down(0, 0, -1);
     const float fallen_m = distance_m(scene, place, down) + kHighestStep_m;
     const auto samples_to_edge = [&](const Vec3& direction) {

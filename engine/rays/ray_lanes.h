@@ -17,7 +17,7 @@ inline constexpr std::size_t kLanes = 128;
 /// Number of lanes that are computed when `count` are in use: whole vectors. The unused lanes hold
 /// old values, zeros or NaN; they never affect results and are never used as indices.
 constexpr std::size_t padded_lanes(std::size_t count) {
-    constexpr std::size_t kVector = 16;
+    constexpr std::size_t kVector = 16;  // floats of AVX-512
     static_assert(kLanes % kVector == 0);
     return (count + kVector - 1) / kVector * kVector;
 }

@@ -26,7 +26,7 @@ namespace aula {
 
 namespace {
 
-constexpr std::size_t kPacket = 16;
+constexpr std::size_t kPacket = 16;  // Embree has queries for 4, 8 and 16 rays
 
 /// Static triangles that have the same corners as an earlier one, each with the first of them,
 /// sorted. A ray would test all coincident triangles with the same result.
@@ -250,7 +250,7 @@ void RayScene::update_transmissions() {
 /// Finds the faces that an opaque one may back. All may be backed if an opaque object moves, or if
 /// there are too many pairs to compare.
 void RayScene::update_backing() {
-    constexpr double kMostPairs = 2e6;
+    constexpr double kMostPairs = 2e6;  // a choice: some 10 ms
     may_be_backed_.assign(triangles_.size(), 0);
     if (!transmits_) return;
     std::vector<std::uint32_t> transmitting;

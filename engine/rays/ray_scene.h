@@ -176,6 +176,7 @@ class RayScene {
         float off_m = 0;
     };
     static constexpr PointOff point_off(float distance_m, float cosine) {
+        // A choice: a point goes back along the ray by at most 1 mm.
         constexpr float kMinCosine = 0.1F;
         const float offset_m = offset_after(distance_m);
         const float back_m =

@@ -15,6 +15,7 @@ namespace aula {
 /// k has the radius `radius_m` 2^(k/4); most rays use sphere 0. Walls may hide part of a sphere:
 /// only the part that is visible from its centre detects sound, and it represents the whole.
 struct Receiver {
+    /// The largest has 54 times the radius: that of a hall.
     static constexpr std::size_t kSpheres = 24;
 
     /// The part of a ray within a sphere.

@@ -16,6 +16,8 @@ namespace aula {
 
 namespace {
 
+// 65536 free paths. Their lengths have a standard deviation of 0.6 of the mean, which they give
+// within 0.3 %.
 constexpr int kSurveyPaths = 2048;
 constexpr int kSurveyBounces = 32;
 
@@ -206,8 +208,12 @@ std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listene
 
 namespace {
 
+/// Points of the surface: shares of it within 0.4 %.
 constexpr int kAreaSamples = 16384;
+
+/// Of each point, of which one may leave through an opening.
 constexpr int kRaysPerSample = 4;
+
 /// Share of the surface; above it the mean free path is not that of a room.
 constexpr double kMaxOpen = 0.1;
 /// Relative; several standard errors of the mean free path: the standard deviation of lengths is
@@ -444,7 +450,7 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
 
 std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> positions,
                                std::uint64_t seed) {
-    constexpr int kPaths = 64;
+    constexpr int kPaths = 64;     // at most 2048 reflections: kFew is far beyond their scatter
     constexpr double kFew = 0.25;  // of the reflections of the most enclosed position
     std::vector<int> reflections;
     for (const Vec3& position : positions) {
@@ -463,7 +469,7 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> posi
 
 std::vector<Vec3> inside_room(const RayScene& scene, std::span<const Vec3> positions,
                               std::uint64_t seed) {
-    constexpr std::size_t kMost = 64;
+    constexpr std::size_t kMost = 64;  // bounds the time for scenes with many sources
     std::vector<Vec3> tested;
     const std::size_t count = std::min(kMost, positions.size());
     for (std::size_t i = 0; i < count; ++i)
@@ -486,7 +492,7 @@ Bands sabine_time_s(const RoomSurvey& survey, const Medium& medium) {
 }
 
 Bands reverberation_time_s(const RoomSurvey& survey, const Medium& medium) {
-    constexpr float kMaxAbsorption = 0.999F;
+    constexpr float kMaxAbsorption = 0.999F;  // Eyring's time of 1 is 0
     if (!(survey.mean_free_path_m > 0)) return {};
     Bands absorption = survey.mean_absorption;
     for (float& a : absorption.value) a = std::min(a, kMaxAbsorption);

@@ -90,7 +90,7 @@ class PlaneIndex {
     }
 
  private:
-    static constexpr int kSignBits = 23;
+    static constexpr int kSignBits = 23;  // of `occupied_`: 1 MB
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     static double reach_m(double from_middle_m) {

@@ -13,7 +13,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr int kOrder = 3;
+constexpr int kOrder = 3;  // IEC 61260-1, class 1
 
 /// (1 - z^-2) / (1 + a1 z^-1 + a2 z^-2) times a gain.
 struct Biquad {

@@ -14,6 +14,7 @@ namespace aula {
 
 namespace {
 
+// ISO 3382-1:2009, A.2.4.
 constexpr double kDirect_s = 0.005;
 constexpr double kEarly_s = 0.08;
 
@@ -73,6 +74,7 @@ class AxialMeans {
     }
 
  private:
+    // Of the table of a smooth function, and of the distribution that it is the mean over.
     static constexpr std::size_t kSteps = 64;
     static constexpr int kPoints = 256;
 

@@ -104,6 +104,7 @@ std::optional<OpenPlanParameters> open_plan_parameters(
                                   .line = std::move(on_line)};
     if (indices.size() < levels.size()) return parameters;
     const RegressionLine index = line_through(indices);
+    // ISO 3382-3.
     constexpr double kDistraction = 0.5;
     constexpr double kPrivacy = 0.2;
     parameters.rd_m = index.falls_to(kDistraction);

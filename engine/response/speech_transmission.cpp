@@ -31,7 +31,7 @@ double masking_slope_db(double lower_octave_db) {
 
 /// Transmission index of a modulation transfer, 0..1.
 double transmission_index(double modulation) {
-    constexpr double kRange_db = 15;
+    constexpr double kRange_db = 15;  // IEC 60268-16
     // m = 1 is an infinite effective ratio.
     if (modulation >= 1) return 1;
     if (modulation <= 0) return 0;

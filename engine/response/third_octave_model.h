@@ -13,7 +13,7 @@ namespace aula {
 /// constant below 63 Hz and above 8 kHz. The loss by air is that of each frequency. Immutable.
 class ThirdOctaveModel {
  public:
-    static constexpr std::size_t kCount = 27;
+    static constexpr std::size_t kCount = 27;  ///< 50 Hz to 20 kHz
     using Values = std::array<float, kCount>;
 
     explicit ThirdOctaveModel(const Medium& medium);

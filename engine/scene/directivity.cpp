@@ -271,7 +271,7 @@ Directivity Directivity::first_order(float omnidirectional_share) {
 }
 
 Directivity Directivity::vibrating_cap(float sphere_radius_m, float half_angle_rad) {
-    constexpr std::size_t kSteps = 360;
+    constexpr std::size_t kSteps = 360;  // of half a degree from the axis
     // An octave band is the mean of the normalised patterns of so many frequencies, at equal steps
     // of the logarithm.
     constexpr int kFrequencies = 12;

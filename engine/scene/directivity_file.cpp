@@ -10,6 +10,7 @@ namespace aula {
 
 namespace {
 
+/// Of a table in JSON: eight bands of the largest, of 30 characters a number.
 constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20U;
 
 /// Every half degree.

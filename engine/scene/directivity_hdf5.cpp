@@ -39,7 +39,7 @@ struct Variable {
 };
 
 std::string text_attribute(const Identifier& object, const char* name) {
-    constexpr std::size_t kLongest = 4096;
+    constexpr std::size_t kLongest = 4096;  // bounds memory; names of conventions have below 100
     const Identifier attribute(H5Aopen(object.get(), name, H5P_DEFAULT));
     if (!attribute.exists()) return {};
     const Identifier space(H5Aget_space(attribute.get()));

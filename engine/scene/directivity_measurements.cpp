@@ -19,6 +19,8 @@ namespace {
 
 constexpr std::size_t kRows = 37;  // steps of 5 degrees
 constexpr std::size_t kColumns = 72;
+
+/// Measured directions that a direction is interpolated from: those around a cell of a grid.
 constexpr std::size_t kNeighbours = 8;
 
 /// Unit vectors at a smaller distance are one direction.
@@ -94,7 +96,7 @@ Bands interpolated(const glm::dvec3& direction, const std::vector<Sample>& sampl
     std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(count),
                       nearest.end());
     if (nearest[0].first < kSame) return samples[nearest[0].second].energy;
-    constexpr double kBeyondAll = 2.1;
+    constexpr double kBeyondAll = 2.1;  // of unit vectors, which are up to 2 apart
     const double reach = count > kNeighbours ? nearest[kNeighbours].first : kBeyondAll;
     Bands sum;
     double weights = 0;

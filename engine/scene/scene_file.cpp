@@ -157,7 +157,7 @@ std::vector<Source> read_sources(const JsonReader& json, const std::filesystem::
                                  SignalFiles signals) {
     constexpr const char* kExpected = "a list of at least one source";
     constexpr NumberRange kGain_db{-200, 200, true, "decibels from -200 to 200"};
-    constexpr std::size_t kMost = 1024;
+    constexpr std::size_t kMost = 1024;  // bounds memory: each source has its caches
     std::vector<Source> sources;
     UniqueNames names;
     const auto items = json.items(kExpected);

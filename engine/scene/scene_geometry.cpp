@@ -140,7 +140,7 @@ Object read_faces(const JsonReader& json, MaterialTable& materials) {
 // mean one.
 std::string nearest_materials(const std::vector<std::string>& unmapped,
                               const std::vector<std::string>& known) {
-    constexpr std::size_t kMax = 10;
+    constexpr std::size_t kMax = 10;  // names that one reads in a message
     std::string list;
     for (std::size_t i = 0; i < std::min(unmapped.size(), kMax); ++i) {
         const std::string near = nearest_name(unmapped[i], known);

@@ -80,7 +80,7 @@ void quantise(std::span<const float> samples, float step, std::int16_t* to) {
 /// The sums of the squares of the first n samples, for n from 0 on. Parts are added up at the same
 /// time: an addition does not wait for the one before.
 void add_up(std::span<const float> samples, double* sums) {
-    constexpr std::size_t kParts = 8;
+    constexpr std::size_t kParts = 8;  // more than the cycles of an addition
     const std::size_t part = samples.size() / kParts;
     std::array<double, kParts> sum{};
     for (std::size_t n = 0; n < part; ++n) {

@@ -23,9 +23,10 @@ class CarrierFilters;
 /// carriers, those below kHigh, which have one sample of decimation() samples. Immutable.
 class NoiseCarriers {
  public:
+    /// Longer than most responses: reads at different offsets overlap little. A choice of memory.
     static constexpr double kPeriod_s = 8;
-    static constexpr std::size_t kMaxChannels = 16;  ///< third-order ambisonics
-    static constexpr std::size_t kMaxRead_samples = 1024;
+    static constexpr std::size_t kMaxChannels = 16;        ///< third-order ambisonics
+    static constexpr std::size_t kMaxRead_samples = 1024;  ///< a block of PlaneWaveTail
     static constexpr std::size_t kCount = ThirdOctaveModel::kCount;
     static constexpr std::size_t kHigh = 16;  ///< the first carrier at the full rate: 2 kHz
 

@@ -23,7 +23,7 @@ struct TailSegment {
 
     /// False for a carrier below the error of quantisation of the loudest one, -88 dB.
     bool is_audible(std::size_t carrier) const {
-        constexpr float kInaudible = 4e-5F;
+        constexpr float kInaudible = 4e-5F;  // 10^(-88/20)
         return std::max(begin[carrier], end[carrier]) > kInaudible * loudest;
     }
 };

@@ -10,7 +10,7 @@ namespace aula {
 /// tables. x is the cosine of the angle to the axis. Immutable. [any thread]
 class ZonalMoments {
  public:
-    static constexpr std::size_t kDegrees = 7;
+    static constexpr std::size_t kDegrees = 7;  ///< 0 to twice the order of third-order ambisonics
     using Degrees = std::array<double, kDegrees>;  ///< [degree]
 
     /// The first call makes the tables.
