@@ -42,6 +42,33 @@ TEST_CASE("a row covers the straight path where it touches the tops, not where t
     CHECK(covered(0.5F) == 0);
 }
 
+TEST_CASE("edges form a row if they are nearly parallel and on one side of the path") {
+    const auto has_row = [](const Object& second) {
+        const Place place({screen(0, 0), second});
+        std::vector<std::uint32_t> edges;
+        for (std::uint32_t e = 0; e < place.edges.count(); ++e) {
+            const bool is_across = std::abs(place.edges[e].axis.z) > 0.5;
+            if (is_across && std::abs(place.edges[e].start.y) < 1e-3) edges.push_back(e);
+        }
+        REQUIRE(edges.size() == 2);
+        return EdgeRow::over(place.edges, edges, {-3, 0, 0}, {6, 0, 0}).has_value();
+    };
+    const auto turned = [](float angle_rad) {
+        Object object = screen(3, 0);
+        for (Vec3& vertex : object.vertices) {
+            vertex.z = std::clamp(vertex.z, -1.5F, 1.5F);
+            vertex.x += std::tan(angle_rad) * vertex.z;
+        }
+        return object;
+    };
+    Object hanging = screen(3, 0);
+    for (Vec3& vertex : hanging.vertices) vertex.y = -vertex.y;
+    CHECK(has_row(screen(3, 0)));
+    CHECK(has_row(turned(0.05F)));
+    CHECK_FALSE(has_row(turned(0.35F)));
+    CHECK_FALSE(has_row(hanging));
+}
+
 TEST_CASE("the higher one of two bends tells whether a row hides the straight path") {
     // The bends are 0.05 and 0.03 m above it, in either order.
     for (const bool is_first_higher : {true, false}) {

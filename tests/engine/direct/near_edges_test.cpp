@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <set>
 #include <vector>
 
@@ -102,9 +103,7 @@ TEST_CASE("the first frame tests the nearest edges, later ones an eighth of them
 }
 
 TEST_CASE("edges that a movement may bring into reach before the next selection are selected") {
-    // At the height h above the path's middle a detour has 2 sqrt(16 + h^2) - 8 m.
-    const auto selected = [](double detour_m) {
-        const auto y = static_cast<float>(std::sqrt(std::pow(4 + detour_m / 2, 2) - 16));
+    const auto selected = [](float y) {
         Scene scene;
         scene.materials = {{"wall", Bands{}, Bands{}}};
         Object object;
@@ -114,8 +113,21 @@ TEST_CASE("edges that a movement may bring into reach before the next selection 
         scene.objects = {object};
         return !Search(scene).frame(kSource, kListener).empty();
     };
-    CHECK(selected(limits::kLongestDetour_m + 0.9));  // 4 movements of 0.25 m
-    CHECK_FALSE(selected(limits::kLongestDetour_m + 1.1));
+    // At the height h above the middle of two ends that are 2 a m apart.
+    const auto detour_m = [](double a, double h) { return 2 * std::hypot(a, h) - 2 * a; };
+    int reached = 0;
+    int never = 0;
+    for (float y = 9; y < 14; y += 0.05F) {
+        // Both ends move apart and up, as far as the first selection holds.
+        const double moved_m = limits::kSelectAnew_m / std::numbers::sqrt2;
+        const bool comes = detour_m(4 + moved_m, double{y} - moved_m) < limits::kLongestDetour_m;
+        const bool is_there = detour_m(4, double{y}) < limits::kLongestDetour_m;
+        if (comes || is_there) CHECK(selected(y));
+        reached += comes && !is_there ? 1 : 0;
+        never += selected(y) ? 0 : 1;
+    }
+    CHECK(reached > 0);
+    CHECK(never > 0);
 }
 
 TEST_CASE("edges in use are tested in every frame") {
