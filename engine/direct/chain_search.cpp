@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <utility>
@@ -91,10 +90,6 @@ double gap_m(const DiffractionEdge& a, const DiffractionEdge& b) {
            (a.length_m + b.length_m) / 2;
 }
 
-bool intersect(const Bounds& a, const Bounds& b) {
-    return glm::all(glm::lessThanEqual(a.min, b.max)) && glm::all(glm::lessThanEqual(b.min, a.max));
-}
-
 }  // namespace
 
 ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double speed_of_sound_m_s,
@@ -118,7 +113,7 @@ void ChainSearch::begin_frame(std::span<const Bounds> changed) {
     moving_neighbours_.clear();
     std::erase_if(fixed_neighbours_, [&](const auto& entry) {
         return std::any_of(changed.begin(), changed.end(), [&](const Bounds& bounds) {
-            return intersect(entry.second.reach, bounds);
+            return overlap(entry.second.reach, bounds);
         });
     });
 }
@@ -230,7 +225,7 @@ void ChainSearch::forget_seen(std::span<const Bounds> changed) {
             between.add(Vec3(edges_[e].start));
             between.add(Vec3(edges_[e].point(edges_[e].length_m)));
             if (std::any_of(changed.begin(), changed.end(),
-                            [&](const Bounds& volume) { return intersect(between, volume); })) {
+                            [&](const Bounds& volume) { return overlap(between, volume); })) {
                 seen.results[e] = SeenEdges::Result::unknown;
             }
         }

@@ -32,6 +32,11 @@ constexpr std::size_t kMaxPaths = 32;
 constexpr double kJump_m = 0.1;
 constexpr float kJump_rad = 0.1F;
 
+// Paths whose energy is at least this share of the largest may be primary: -6 dB. The primary path
+// of the last frame may have half of that, so that it does not change to and fro. A choice.
+constexpr double kStrong = 1.0 / 4;
+constexpr double kStillStrong = kStrong / 2;
+
 Bands energy_of(const ComplexBands& field) {
     Bands energy;
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -335,9 +340,8 @@ std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths,
         double largest = 0;
         for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
         const auto is_strong = [&](const EdgePath& path) {
-            // -6 dB, and -9 dB for the primary path of the last frame.
             const bool was_primary = last_primary && id_of(path) == id_of(*last_primary);
-            return energy_sum(path.field) >= largest / (was_primary ? 8 : 4);
+            return energy_sum(path.field) >= largest * (was_primary ? kStillStrong : kStrong);
         };
         for (const EdgePath& path : paths) {
             if (is_strong(path) && (!is_strong(*primary) || path.length_m < primary->length_m)) {

@@ -15,8 +15,8 @@ namespace {
 constexpr double kMargin_m = 0.15;
 static_assert(kMargin_m > double{limits::kSearchAnew_m});
 
-/// Edges of a row: the tops of 24 pews with two edges each. A choice: the integral takes a matrix
-/// for each.
+/// Edges of a row: 24 pews of two edges each, or the 30 screens of test_engine "a straight path
+/// that touches*", which half as many leave out. A choice: the integral takes a matrix for each.
 constexpr std::size_t kMaxMembers = 48;
 
 /// Of a pair: the bits of OpenChainSearch::rows_of.

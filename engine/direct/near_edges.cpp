@@ -8,16 +8,7 @@
 
 namespace aula {
 
-namespace {
-
-bool overlap(const Bounds& a, const Bounds& b) {
-    for (int axis = 0; axis < 3; ++axis) {
-        if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis]) return false;
-    }
-    return true;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const glm::dvec3& source,
                                                 const glm::dvec3& listener,

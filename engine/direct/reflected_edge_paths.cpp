@@ -36,8 +36,6 @@ constexpr double kWeakestReflected_db = -30;
 constexpr unsigned kBefore = 1;
 constexpr unsigned kAfter = 2;
 
-Vec3 unit(const Point& p) { return Vec3(p / std::max(glm::length(p), 1e-9)); }
-
 /// Where the straight line from the image of a point to another one crosses the plane.
 Point crossing(const ScenePlanes::Plane& plane, const Point& image, const Point& point) {
     const double there_m = plane.distance_m(image);
@@ -163,7 +161,7 @@ std::optional<std::uint32_t> ReflectedEdgePaths::reflect(const Point& end, const
     if (!(length_m > kBesidePlane_m)) return {};
     const double cosine = std::abs(glm::dot(planes[plane].normal, offset)) / length_m;
     const double beyond_m = kBesidePlane_m / std::max(cosine, 1e-3);
-    const Ray ray{Vec3(end), unit(offset), static_cast<float>(length_m + beyond_m)};
+    const Ray ray{Vec3(end), Vec3(offset / length_m), static_cast<float>(length_m + beyond_m)};
     Hit hit;
     scene_.intersect(std::span(&ray, 1), std::span(&hit, 1));
     if (!hit.any() || planes.of_triangle(hit.triangle) != plane ||

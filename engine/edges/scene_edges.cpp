@@ -47,6 +47,11 @@ SceneEdges::SceneEdges(const RayScene& scene) : scene_(scene) {
     }
 }
 
+bool overlap(const Bounds& a, const Bounds& b, float margin_m) {
+    return glm::all(glm::lessThanEqual(a.min, b.max + margin_m)) &&
+           glm::all(glm::lessThanEqual(b.min, a.max + margin_m));
+}
+
 /// Fixed objects that touch each other count as one: the bricks of a wall are not small.
 void SceneEdges::find_small() {
     constexpr float kTouch_m = 0.01F;  // a joint of mortar
@@ -61,10 +66,6 @@ void SceneEdges::find_small() {
         bounds[triangle.object].add(triangle.vertices);
         moves[triangle.object] = scene_.moves(triangle) ? 1 : 0;
     }
-    const auto touch = [&](const Bounds& a, const Bounds& b) {
-        return glm::all(glm::lessThanEqual(a.min, b.max + kTouch_m)) &&
-               glm::all(glm::lessThanEqual(b.min, a.max + kTouch_m));
-    };
     is_small_.resize(bounds.size());
     std::vector<std::uint32_t> small;
     for (std::uint32_t o = 0; o < bounds.size(); ++o) {
@@ -78,7 +79,7 @@ void SceneEdges::find_small() {
         Bounds all = bounds[cluster[0]];
         for (std::size_t i = 0; i < cluster.size(); ++i) {
             const auto others = std::partition(small.begin(), small.end(), [&](std::uint32_t o) {
-                return !touch(bounds[cluster[i]], bounds[o]);
+                return !overlap(bounds[cluster[i]], bounds[o], kTouch_m);
             });
             for (auto o = others; o != small.end(); ++o) {
                 all.add(bounds[*o].min);

@@ -9,6 +9,9 @@
 
 namespace aula {
 
+/// Whether two boxes have a point in common, one of them enlarged by a margin.
+bool overlap(const Bounds& a, const Bounds& b, float margin_m = 0);
+
 /// The diffracting edges of a scene. All objects that do not move form one soup of triangles, in
 /// which walls of different objects close each other's edges. Each movable object has separate
 /// edges, which move with it and keep their indices. Objects below 0.3 m are shorter than a
@@ -32,8 +35,7 @@ class SceneEdges {
     /// Whether there are small objects.
     bool has_small() const { return has_small_; }
 
-    /// Objects of a smaller diagonal have no edges. A choice: half a wavelength at 570 Hz, below
-    /// which an object on the straight line hardly changes the sound behind it.
+    /// Diagonal of the smallest object with edges. A choice: a wavelength at 1.1 kHz.
     static constexpr float kSmall_m = 0.3F;
 
     std::size_t count() const { return edges_.size(); }
