@@ -8,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "audio/base/assume_nonblocking.h"
 #include "aula/audio/realtime.h"
 #include "process/semaphore.h"
 
@@ -54,7 +55,8 @@ class LoaderTask {
     /// [any thread, wait-free]
     void wake() noexcept AULA_NONBLOCKING {
         due_ = true;
-        thread_->wake_.release();
+        // It increments a number, and wakes the thread by a system call if it waits.
+        assume_nonblocking([this] { thread_->wake_.release(); });
     }
 
     /// Waits for a call in progress; no other one follows. [not the loader thread]

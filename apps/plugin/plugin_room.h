@@ -136,6 +136,8 @@ class OwnRoom final : public PluginRoom {
                 int samples) override;
     std::int64_t tail_samples() const override { return auralizer_.tail_samples(); }
 
+    OwnRoom* discarded_before = nullptr;  ///< links the rooms that a RoomLoader is to destroy
+
  private:
     std::shared_ptr<GrowingLength> length_;
     std::shared_ptr<void> heard_;

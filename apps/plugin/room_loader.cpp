@@ -21,7 +21,7 @@ RoomLoader::~RoomLoader() {
     delete rooms_.take();
     while (rooms_.reclaim()) {
     }
-    delete discarded_.load();
+    destroy_discarded();
 }
 
 /// Makes a change with the mutex locked, and waits until a room contains it.
@@ -105,15 +105,21 @@ std::unique_ptr<OwnRoom> RoomLoader::exact_room() {
     return std::move(exact_);
 }
 
-void RoomLoader::discard(std::unique_ptr<OwnRoom> room) noexcept {
-    if (!room) return;
-    // A room that is still there was discarded less than a fade before; it is freed here.
-    delete discarded_.exchange(room.release());
+void RoomLoader::discard(OwnRoom* room) noexcept {
+    if (room == nullptr) return;
+    OwnRoom* before = discarded_.load();
+    do room->discarded_before = before;
+    while (!discarded_.compare_exchange_weak(before, room));
     task_.wake();
 }
 
+void RoomLoader::destroy_discarded() {
+    for (OwnRoom* room = discarded_.exchange(nullptr); room != nullptr;)
+        delete std::exchange(room, room->discarded_before);
+}
+
 void RoomLoader::serve() {
-    delete discarded_.exchange(nullptr);
+    destroy_discarded();
     while (rooms_.reclaim()) {
     }
     handle_requests();

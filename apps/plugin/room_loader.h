@@ -69,14 +69,15 @@ class RoomLoader {
 
     /// A new room on the exact clock, after all earlier requests; null if none can be built. Waits.
     std::unique_ptr<OwnRoom> exact_room();
-    /// Destroys a room on the exact clock later. [audio thread, wait-free]
-    void discard(std::unique_ptr<OwnRoom> room) noexcept AULA_NONBLOCKING;
+    /// Destroys a room on the exact clock later; null: none. [audio thread, lock-free]
+    void discard(OwnRoom* room) noexcept AULA_NONBLOCKING;
 
     /// The controls of the rooms on the real-time clock. [audio thread]
     ControlSnapshot& controls() noexcept AULA_NONBLOCKING { return *controls_; }
 
  private:
     void serve();
+    void destroy_discarded();
     void handle_requests();
     void build_live();
     void build_exact();
@@ -100,7 +101,7 @@ class RoomLoader {
     std::atomic<std::int64_t> muted_samples_ = 0;
     std::atomic<int> rays_ = 0;
     std::atomic<int> wanted_rays_ = 0;
-    std::atomic<OwnRoom*> discarded_ = nullptr;
+    std::atomic<OwnRoom*> discarded_ = nullptr;  ///< the newest one of a list
     Mailbox<PluginRoom> rooms_{2};
 
     mutable std::mutex mutex_;  ///< of what follows

@@ -68,7 +68,7 @@ void RoomPlugin::give_back_rooms() {
     for (PluginRoom* const room :
          {std::exchange(current_, nullptr), std::exchange(ringing_, nullptr), loader_.take()})
         if (room != nullptr) loader_.give_back(room);
-    loader_.discard(std::move(exact_));
+    loader_.discard(exact_.release());
 }
 
 void RoomPlugin::set_files(const RoomFiles& files) {
@@ -102,7 +102,7 @@ void RoomPlugin::set_offline(bool is_offline) {
     if (!std::exchange(is_open_, true)) loader_.request_open();
 }
 
-void RoomPlugin::restart() { loader_.discard(std::move(exact_)); }
+void RoomPlugin::restart() { loader_.discard(exact_.release()); }
 
 bool RoomPlugin::request(Property property, std::string_view file) {
     restart();
@@ -162,7 +162,7 @@ void RoomPlugin::render_exact(std::size_t samples) {
             return exact_->render(dry_pointers_, chunk_outputs_, static_cast<int>(samples));
         }
     } catch (const std::exception&) {
-        loader_.discard(std::move(exact_));
+        loader_.discard(exact_.release());
     }
     for (float* const channel : chunk_outputs_) std::fill_n(channel, samples, 0.0F);
 }

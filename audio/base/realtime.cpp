@@ -37,6 +37,6 @@ void set_floating_point_control(unsigned) {}
 FlushDenormals::FlushDenormals() noexcept : saved_(floating_point_control()) {
     set_floating_point_control(saved_ | kFlush);
 }
-FlushDenormals::~FlushDenormals() { set_floating_point_control(saved_); }
+FlushDenormals::~FlushDenormals() noexcept { set_floating_point_control(saved_); }
 
 }  // namespace aula

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "audio/base/assume_nonblocking.h"
 #include "audio/device/device_list.h"
 #include "audio/device/output.h"
 #include "audio/device/sound_libraries.h"
@@ -94,13 +95,18 @@ class JackOutput final : public Output {
     }
 
  private:
+    /// JACK's function is for its process callback. [audio thread]
+    float* buffer(std::size_t channel, jack_nframes_t frames) noexcept AULA_NONBLOCKING {
+        return static_cast<float*>(
+            assume_nonblocking([&] { return jack_port_get_buffer(ports_[channel], frames); }));
+    }
+
     /// [audio thread, wait-free]
     void fill(jack_nframes_t frames) noexcept AULA_NONBLOCKING {
         // The signal starts when all channels are connected.
         if (!connected_.load(std::memory_order_relaxed)) {
             for (std::size_t c = 0; c < settings_.channels; ++c) {
-                std::fill_n(static_cast<float*>(jack_port_get_buffer(ports_[c], frames)), frames,
-                            0.0F);
+                std::fill_n(buffer(c, frames), frames, 0.0F);
             }
             seen_xruns_ = xruns_.load(std::memory_order_relaxed);
             return;
@@ -111,10 +117,10 @@ class JackOutput final : public Output {
         seen_xruns_ = xruns;
         std::array<float*, kMaxChannels> channels{};
         for (std::size_t c = 0; c < settings_.channels; ++c) {
-            channels[c] = static_cast<float*>(jack_port_get_buffer(ports_[c], frames));
+            channels[c] = buffer(c, frames);
         }
         const auto samples = static_cast<int>(frames);
-        settings_.callback({channels.data(), settings_.channels}, samples);
+        settings_.call({channels.data(), settings_.channels}, samples);
         settings_.meter->end(samples);
     }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "audio/base/assume_nonblocking.h"
 #include "aula/devices/device.h"
 #include "aula/devices/output_meter.h"
 
@@ -17,6 +18,11 @@ struct OutputSettings {
     int block = 256;  ///< preferred; JACK's server determines its own
     AudioCallback callback;
     OutputMeter* meter = nullptr;
+
+    /// Calls the callback, which must not block. [audio thread]
+    void call(std::span<float* const> outputs, int samples) const noexcept AULA_NONBLOCKING {
+        assume_nonblocking([&] { callback(outputs, samples); });
+    }
 };
 
 /// An open output of a sound system. It plays from start() until destruction.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "audio/base/assume_nonblocking.h"
+
 namespace aula {
 
 namespace {
@@ -17,10 +19,15 @@ constexpr double kReportDelay_s = 0.2;
 /// attributed to rendering.
 constexpr double kComputingShare = 0.5;
 
-/// CPU time of this thread, by a system call that never blocks.
-double thread_cpu_s() noexcept {
+// Both only read a clock, if by a system call.
+std::chrono::steady_clock::time_point clock_now() noexcept AULA_NONBLOCKING {
+    return assume_nonblocking([] { return std::chrono::steady_clock::now(); });
+}
+
+/// CPU time of this thread.
+double thread_cpu_s() noexcept AULA_NONBLOCKING {
     timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    assume_nonblocking([&] { clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time); });
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
@@ -32,9 +39,11 @@ std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double 
 }
 
 void OutputMeter::begin(bool underflow) noexcept {
-    start_ = Clock::now();
+    start_ = clock_now();
     if (!known_thread_.load(std::memory_order_relaxed)) {
-        realtime_.store(take_realtime_priority(), std::memory_order_relaxed);
+        // System calls, once.
+        const bool realtime = assume_nonblocking([] { return take_realtime_priority(); });
+        realtime_.store(realtime, std::memory_order_relaxed);
         known_thread_.store(true, std::memory_order_relaxed);
     }
     cpu_start_s_ = thread_cpu_s();
@@ -59,7 +68,7 @@ void OutputMeter::begin(bool underflow) noexcept {
 }
 
 void OutputMeter::end(int samples) noexcept {
-    const Clock::time_point end = Clock::now();
+    const Clock::time_point end = clock_now();
     count_call(std::chrono::duration<double>(end - start_).count(), thread_cpu_s() - cpu_start_s_,
                samples);
     last_call_.store(end.time_since_epoch().count(), std::memory_order_relaxed);

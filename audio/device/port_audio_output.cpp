@@ -283,7 +283,7 @@ class PortAudioOutput final : public Output {
               PaStreamCallbackFlags flags) noexcept AULA_NONBLOCKING {
         const FlushDenormals flush;
         settings_.meter->begin((flags & paOutputUnderflow) != 0);
-        settings_.callback(outputs, static_cast<int>(samples));
+        settings_.call(outputs, static_cast<int>(samples));
         settings_.meter->end(static_cast<int>(samples));
     }
 

@@ -52,7 +52,7 @@ class SilentOutput final : public Output {
     void fill() noexcept AULA_NONBLOCKING {
         const FlushDenormals flush;
         settings_.meter->begin(false);
-        settings_.callback(pointers_, settings_.block);
+        settings_.call(pointers_, settings_.block);
         settings_.meter->end(settings_.block);
     }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "apps/plugin/controls.h"
+#include "audio/base/assume_nonblocking.h"
 #include "aula/audio/realtime.h"
 
 namespace aula::plugin {
@@ -43,7 +44,7 @@ class ParameterEvents {
     static constexpr std::size_t kMost = 512;
 
     template <typename T>
-    static clap_event_header_t header(std::uint16_t type) noexcept {
+    static clap_event_header_t header(std::uint16_t type) noexcept AULA_NONBLOCKING {
         return {.size = sizeof(T),
                 .time = 0,
                 .space_id = CLAP_CORE_EVENT_SPACE_ID,
@@ -51,7 +52,7 @@ class ParameterEvents {
                 .flags = 0};
     }
 
-    static bool send(const clap_output_events_t& to, const Event& event) noexcept {
+    static bool send(const clap_output_events_t& to, const Event& event) noexcept AULA_NONBLOCKING {
         const auto id = static_cast<clap_id>(event.control);
         if (event.type == CLAP_EVENT_PARAM_VALUE) {
             clap_event_param_value_t value{};
@@ -59,10 +60,16 @@ class ParameterEvents {
             value.param_id = id;
             value.note_id = value.port_index = value.channel = value.key = -1;
             value.value = event.value;
-            return to.try_push(&to, &value.header);
+            return push_to(to, value.header);
         }
         clap_event_param_gesture_t gesture{header<clap_event_param_gesture_t>(event.type), id};
-        return to.try_push(&to, &gesture.header);
+        return push_to(to, gesture.header);
+    }
+
+    /// The host's function is for process(), on the audio thread.
+    static bool push_to(const clap_output_events_t& to,
+                        const clap_event_header_t& header) noexcept AULA_NONBLOCKING {
+        return assume_nonblocking([&] { return to.try_push(&to, &header); });
     }
 
     std::array<Event, kMost> events_;

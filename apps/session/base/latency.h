@@ -8,13 +8,17 @@
 #include <cstdint>
 #include <optional>
 
+#include "audio/base/assume_nonblocking.h"
 #include "aula/audio/realtime.h"
 
 namespace aula {
 
 /// The common clock of poses, frames and blocks, as an integer that can be passed between threads.
 inline std::int64_t clock_ns() noexcept AULA_NONBLOCKING {
-    return std::chrono::steady_clock::now().time_since_epoch().count();
+    // It reads a clock, if by a system call.
+    return assume_nonblocking([] { return std::chrono::steady_clock::now(); })
+        .time_since_epoch()
+        .count();
 }
 static_assert(std::chrono::steady_clock::period::den == 1'000'000'000);
 

@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "audio/base/assume_nonblocking.h"
 #include "aula/audio/sound_file.h"
 #include "aula/exception.h"
 #include "engine/base/sampling.h"
@@ -71,7 +72,8 @@ Signal::Signal(LiveInput input)
     : noise_(false), loop_(false), noise_seed_(0), live_input_(std::move(input)) {}
 
 void Signal::read(std::int64_t first, std::int64_t position, std::span<float> out) const noexcept {
-    if (live_input_) return live_input_(position, out);
+    // A LiveInput is wait-free.
+    if (live_input_) return assume_nonblocking([&] { live_input_(position, out); });
     if (noise_) {
         for (std::size_t i = 0; i < out.size(); ++i)
             out[i] = noise_sample(noise_seed_, first + static_cast<std::int64_t>(i));

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "audio/base/assume_nonblocking.h"
 #include "engine/scene/air.h"
 #include "engine/scene/scene_positions.h"
 
@@ -132,7 +133,8 @@ std::vector<std::vector<float>> ResponseRenderer::response(const SourceSound& so
 }
 
 HeadRotation head_rotation(const Pose& pose) noexcept {
-    const glm::mat3 to_world = pose.rotation();  // its columns are the head's axes
+    // Arithmetic; its columns are the head's axes.
+    const glm::mat3 to_world = assume_nonblocking([&] { return pose.rotation(); });
     HeadRotation rotation;
     for (int axis = 0; axis < 3; ++axis)
         rotation[static_cast<std::size_t>(axis)] = {to_world[axis].x, to_world[axis].y,

@@ -50,9 +50,9 @@ class RealtimePriority {
 class FlushDenormals {
  public:
     /// Flushes denormal results and operands on this thread.
-    FlushDenormals() noexcept;
+    FlushDenormals() noexcept AULA_NONBLOCKING;
     /// Restores the modes before; must run on the same thread.
-    ~FlushDenormals();
+    ~FlushDenormals() noexcept AULA_NONBLOCKING;
     FlushDenormals(const FlushDenormals&) = delete;
     FlushDenormals& operator=(const FlushDenormals&) = delete;
 
