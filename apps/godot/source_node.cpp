@@ -72,9 +72,9 @@ aula_source SourceNode::add_to(aula_room* room, const aula_pose& pose) const {
     aula_source number = 0;
     require(aula_room_add_source(room, &pose, directivity.c_str(), AULA_NOW, &number));
     if (aula_room_set_gain(room, number, static_cast<float>(gain_db), AULA_NOW) != AULA_OK) {
-        const RoomError error{aula_message()};
+        const std::string problem = aula_message();
         aula_room_remove_source(room, number, AULA_NOW);
-        throw error;
+        throw RoomError{problem};
     }
     return number;
 }

@@ -76,8 +76,8 @@ Scene with(const Scene& scene, const Overrides& overrides) {
     Scene changed = scene;
     Simulation& simulation = changed.simulation;
     if (overrides.seed) simulation.seed = *overrides.seed;
-    if (overrides.rays) simulation.rays = *overrides.rays;
-    if (overrides.ir_length_s) simulation.ir_length_s = *overrides.ir_length_s;
+    if (overrides.rays) simulation.rays = overrides.rays;
+    if (overrides.ir_length_s) simulation.ir_length_s = overrides.ir_length_s;
     simulation.threads = overrides.threads;
     if (const auto& speech = overrides.speech_db)
         changed.speech.speech_db = speech->size() == 1

@@ -349,7 +349,7 @@ std::vector<std::string> MaterialTable::names() const {
 }
 
 std::string MaterialTable::meant(const std::string& name) const {
-    const std::string near = did_you_mean(name, names());
+    std::string near = did_you_mean(name, names());
     const MaterialGuess guess = guess_material(name);
     if (!near.empty() || guess.word.empty()) return near;
     return ", did you mean " + quoted(guess.material) + "?";

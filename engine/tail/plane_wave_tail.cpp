@@ -290,7 +290,7 @@ void PlaneWaveTail::build(const std::vector<TailSegment>& segments,
 
 std::size_t PlaneWaveTail::memory_bytes() const {
     std::size_t bytes =
-        sizeof *this + waves_.capacity() * sizeof waves_[0] +
+        sizeof *this + waves_.capacity() * sizeof(std::vector<Wave>) +
         waves_.size() * waves_[0].capacity() * sizeof(Wave) +
         (fade_.capacity() + window_.capacity() + shaped_.capacity()) * sizeof(float);
     for (const auto* const all : {&sums_, &envelopes_, &block_sums_})

@@ -65,8 +65,8 @@ class Options {
     }
 
  private:
-    void text(const std::string& option, std::function<void(const std::string&)> take) {
-        app_.add_option_function<std::string>(option, std::move(take));
+    void text(const std::string& option, const std::function<void(const std::string&)>& take) {
+        app_.add_option_function<std::string>(option, take);
     }
 
     void path(const std::string& option, std::optional<std::filesystem::path>& out) {

@@ -67,7 +67,8 @@ std::string last_error() {
     constexpr std::string_view kNumber = "errno = ";
     const std::size_t at = description.find(kNumber);
     if (at == std::string::npos) return description;
-    return std::generic_category().message(std::atoi(description.c_str() + at + kNumber.size()));
+    const char* const number = description.c_str() + at + kNumber.size();
+    return std::generic_category().message(static_cast<int>(std::strtol(number, nullptr, 10)));
 }
 
 constexpr unsigned kOrder = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;

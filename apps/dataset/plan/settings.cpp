@@ -40,7 +40,9 @@ bool is_day(int year, int month, int day) {
 std::string read_date(const JsonReader& json) {
     std::string text = json.string("a date");
     const std::string form = "0000-00-00";
-    const auto fits = [](unsigned char c, char f) { return f == '0' ? std::isdigit(c) : c == f; };
+    const auto fits = [](char c, char f) {
+        return f == '0' ? std::isdigit(static_cast<unsigned char>(c)) != 0 : c == f;
+    };
     const bool has_form =
         text.size() == form.size() && std::equal(text.begin(), text.end(), form.begin(), fits);
     if (!has_form || !is_day(std::stoi(text.substr(0, 4)), std::stoi(text.substr(5, 2)),

@@ -40,7 +40,7 @@ class ShardWriter {
 
  private:
     /// OutputFile writes into a pipe, which would block.
-    static const std::filesystem::path& place_of(const std::filesystem::path& file) {
+    static std::filesystem::path place_of(const std::filesystem::path& file) {
         std::error_code error;
         const auto status = std::filesystem::status(file, error);
         if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))

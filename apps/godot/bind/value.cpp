@@ -24,7 +24,7 @@ auto elements(const Value& value, const void* array, Function at) {
     std::vector<Source> result;
     const std::int64_t size = value.size();
     if (size == 0) return result;
-    const auto* first = static_cast<const Source*>(static_cast<const void*>(at(array, 0)));
+    const auto* first = reinterpret_cast<const Source*>(at(array, 0));
     result.assign(first, first + size);
     return result;
 }

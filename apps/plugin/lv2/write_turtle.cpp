@@ -84,7 +84,7 @@ std::string audio_ports(const Kind& layout) {
 
 /// The term of the vocabulary of units.
 std::string unit_of(const ControlInfo& info) {
-    const std::string unit = info.unit;
+    std::string unit = info.unit;
     if (unit == "°") return "degree";
     if (unit == "dB") return "db";
     // A share.

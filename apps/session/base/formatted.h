@@ -19,7 +19,7 @@ std::string formatted(const char* format, Values... values) {
 /// A number with a fixed number of decimals, as wide as `width` at least. No negative zero: -0.01
 /// with one decimal is "0.0".
 inline std::string fixed_text(double value, int decimals, int width = 0) {
-    const std::string text = formatted("%*.*f", width, decimals, value);
+    std::string text = formatted("%*.*f", width, decimals, value);
     if (!std::isfinite(value) || text.find_first_of("123456789") != std::string::npos) return text;
     return formatted("%*.*f", width, decimals, 0.0);
 }

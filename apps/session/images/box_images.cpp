@@ -18,7 +18,7 @@ namespace aula {
 namespace {
 
 Bands bands_of(float value) { return Bands::filled(value); }
-const Bands& bands_of(const Bands& value) { return value; }
+Bands bands_of(const Bands& value) { return value; }
 
 /// The lengths of paths to the images of a row, from the squares of their offsets across the row
 /// and along it, and the loss of their fluence or pressure by distance.

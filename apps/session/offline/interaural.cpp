@@ -47,9 +47,11 @@ double relevant_length_s(const EnergyResponse& response, double zero_s, double l
         for (std::size_t b = 0; b < kBandCount; ++b) wanted[b] += kRest * double{steps[i][b]};
     std::array<double, kBandCount> rest{};
     for (std::size_t i = steps.size(); i-- > late;)
-        for (std::size_t b = 0; b < kBandCount; ++b)
-            if ((rest[b] += double{steps[i][b]}) > wanted[b])
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            rest[b] += double{steps[i][b]};
+            if (rest[b] > wanted[b])
                 return std::min(length_s, static_cast<double>(i + 1) * kStep_s);
+        }
     return std::min(length_s, static_cast<double>(late) * kStep_s);
 }
 
