@@ -11,6 +11,7 @@
 
 #include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 
 namespace aula {
 namespace {
@@ -31,10 +32,12 @@ constexpr std::size_t kMaxFlutter = 1024;
 // and corners exactly, where a ray may miss the surfaces.
 constexpr Point kNudge_m(1.1e-4, 1.9e-4, 3.7e-4);
 // The nudge does not cross a plane beyond this distance; nudge_off_surface() moves points by more.
-constexpr double kOnPlane_m = 5e-4;
+constexpr double kOnPlane_m = tolerances::kOnSurface_m;
+static_assert(kNudge_m.x * kNudge_m.x + kNudge_m.y * kNudge_m.y + kNudge_m.z * kNudge_m.z <
+              kOnPlane_m * kOnPlane_m);
 
-// Merged triangles are up to 1 mm from their plane.
-constexpr double kBesidePlane_m = 2e-3;
+// Merged triangles are up to kSame_m from their plane.
+constexpr double kBesidePlane_m = tolerances::kApart_m;
 
 // exp(-attenuation d) / (4 pi d^2). Attenuation uses the true path length; spreading is limited to
 // kNearest_m, without the singularity.

@@ -63,14 +63,6 @@ double longest_delay_s(const Scene& scene) {
                                scene.medium.speed_of_sound_m_s());
 }
 
-FrameSettings frame_settings(const SessionOptions& options, double sample_rate_hz) {
-    return {.sample_rate_hz = sample_rate_hz,
-            .block = options.block,
-            .output = options.output,
-            .ambisonic_order = options.ambisonic_order,
-            .half_precision_tail = options.half_precision_tail};
-}
-
 RendererConfig renderer_config(const Scene& scene, double response_length_s,
                                const FrameSettings& settings) {
     AirAttenuation air;

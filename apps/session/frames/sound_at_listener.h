@@ -39,9 +39,6 @@ struct FrameSettings {
     std::uint64_t max_memory_bytes = std::numeric_limits<std::uint64_t>::max();
 };
 
-/// The settings of a session, for the sources of its scene.
-FrameSettings frame_settings(const SessionOptions& options, double sample_rate_hz);
-
 /// The renderer's settings for a scene.
 RendererConfig renderer_config(const Scene& scene, double response_length_s,
                                const FrameSettings& settings);
