@@ -19,6 +19,7 @@
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
+#include "engine/base/tolerances.h"
 #include "engine/input/names.h"
 #include "engine/model/unit_guess.h"
 #include "engine/rays/ray_scene.h"
@@ -181,7 +182,7 @@ void check_distance(const Scene& scene, Findings& findings) {
     const Bounds bounds = geometry_bounds(scene.objects);
     const Vec3 away = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
     const float away_m = std::max({away.x, away.y, away.z});
-    if (!(std::nextafter(away_m, 2 * away_m) - away_m > 2 * RayScene::kOffset_m)) return;
+    if (!(std::nextafter(away_m, 2 * away_m) - away_m > 2 * tolerances::kOffset_m)) return;
     const Vec3 move = -glm::round(0.5F * (bounds.min + bounds.max));
     findings.doubt(
         formatted("the geometry is %.0f m from the origin, too far for the precision of "

@@ -41,7 +41,7 @@ std::optional<UnderrunCause> lateness_cause(double wall_s, double cpu_s, double 
 void OutputMeter::begin(bool underflow) noexcept {
     start_ = clock_now();
     if (!known_thread_.load(std::memory_order_relaxed)) {
-        // System calls, once.
+        // System calls that set attributes of this thread, once: none of them waits.
         const bool realtime = assume_nonblocking([] { return take_realtime_priority(); });
         realtime_.store(realtime, std::memory_order_relaxed);
         known_thread_.store(true, std::memory_order_relaxed);

@@ -48,7 +48,7 @@ inline constexpr double kCoplanar_rad = 0.1 * std::numbers::pi / 180;
 inline constexpr double kOnFace_rad = std::numbers::pi / 180;
 
 static_assert(kInPlane_m > 64.0 / (1 << 23), "rounding moves points off their planes");
-static_assert(double{kFlat_m} > kInPlane_m, "rounded corners make flat faces uneven");
+static_assert(double{kFlat_m} > kInPlane_m, "faces that rounding makes uneven are not flat");
 static_assert(kOffset_m > 2 * kFlat_m, "points on the lower of two coplanar faces are behind");
 static_assert(kOffset_m > 100 * kRounding, "the offset is lost in the rounding of 100 m");
 static_assert(kOnSurface_m > 2 * double{kOffset_m},

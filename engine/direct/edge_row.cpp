@@ -7,7 +7,6 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numbers>
 #include <tuple>
 
 #include "engine/base/near_field.h"

@@ -69,12 +69,12 @@ inline double half_plane_loss(double detour_m, const WedgeIntegral& integral) {
 inline constexpr double kSharpBend_rad = 0.1;
 
 /// Movement of an end in a frame beyond which it has jumped: 7.5 m/s at 30 frames per second,
-/// faster than people run.
+/// faster than listeners walk and run.
 inline constexpr float kJump_m = 0.25F;
 
 /// Movement of an end after which the edges and planes near a pair are selected anew. A choice: a
-/// selection reaches farther by what it may miss until then, and a walk of 1.5 m/s needs six a
-/// second.
+/// selection of edges reaches farther by what it may miss until then, and a walk of 1.5 m/s needs
+/// six a second.
 inline constexpr double kSelectAnew_m = 0.25;
 
 /// Movement of an end after which chains are searched anew. A choice: a search may take several

@@ -8,8 +8,6 @@
 
 namespace aula {
 
-namespace {}  // namespace
-
 std::vector<std::size_t> NearEdges::begin_frame(const SceneEdges& edges, const glm::dvec3& source,
                                                 const glm::dvec3& listener,
                                                 std::span<const Bounds> changed,

@@ -132,7 +132,7 @@ class SideLines {
     const Line& operator[](std::uint32_t line) const { return lines_[line]; }
 
  private:
-    /// Of a side to its line: 1 degree, as between faces.
+    /// Of a side to its line, a choice: a little above the angle between faces that are one.
     static constexpr double kSlope = 0.02;
     static_assert(kSlope > kOnFace_rad);
 

@@ -99,10 +99,10 @@ bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
     if (!has_small_) return false;
     const float distance_m = glm::distance(from, to);
     const Vec3 direction = (to - from) / distance_m;
-    float passed_m = RayScene::kOffset_m;
+    float passed_m = tolerances::kOffset_m;
     constexpr int kMaxFaces = 32;  // of small objects; a ray through more is blocked
     for (int face = 0; face < kMaxFaces; ++face) {
-        const float rest_m = distance_m - passed_m - RayScene::kOffset_m;
+        const float rest_m = distance_m - passed_m - tolerances::kOffset_m;
         if (rest_m <= 0) return true;
         const Ray ray{from + passed_m * direction, direction, rest_m};
         Hit hit;

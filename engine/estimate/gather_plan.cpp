@@ -24,7 +24,8 @@ constexpr int kFewestInMotion = 768;
 constexpr int kFewestAtStart = 512;
 
 /// With still fewer rays those of the emitters have most of it, and the time of the gather counts:
-/// a choice that begins at 192 rays, so that 300, enough for live playback, keep the fewest.
+/// a choice that begins at 192 rays, so that 300, enough for live playback, keep the fewest of one
+/// pair.
 constexpr int kMostPerRay = 4;
 
 /// At a receiver whose gathers are not averaged over frames.
@@ -51,12 +52,10 @@ double rays_in_motion(int rays, bool scene_moved, double share, int fewest) {
     return std::clamp(share * rays, double(lowest), double{kMost});
 }
 
-/// What gathers in motion have of their rays where `pairs` of them have one each: with n pairs the
-/// cost a of an emitter's ray, which serves all of them, is a / n for each, and the best number of
-/// gather rays R sqrt(a B / (n b A)). See rays_of_pair().
-double share_of_each(std::size_t pairs) {
-    return 1 / std::sqrt(static_cast<double>(std::max<std::size_t>(pairs, 1)));
-}
+/// What gathers in motion have of their rays where the rays of an emitter serve `pairs` of them.
+/// The n pairs sum the hits of M rays each, at one receiver or at several, for the cost n b M: with
+/// the cost a R of the emitter's rays the best number is R sqrt(a B / (n b A)). See rays_of_pair().
+double share_of_each(double pairs) { return 1 / std::sqrt(std::max(pairs, 1.0)); }
 
 /// Number of rays with which a pair gathers. The variance of a pair's mean is A / R + B / M after R
 /// rays of its ends and M gather rays. With the costs a and b of a ray it is least, at a given
@@ -64,14 +63,14 @@ double share_of_each(std::size_t pairs) {
 /// B from A / 7 to A. Until the mean holds a whole window it has fewer frames than the caches, and
 /// most of the noise is that of the frame's own gather.
 double rays_of_pair(const PairStatus& pair, std::uint64_t emitted, int rays, bool scene_moved,
-                    std::size_t pairs_in_motion) {
+                    double pairs_of_emitter) {
     if (pair.source_starts)
-        return share_of_each(pairs_in_motion) *
+        return share_of_each(pairs_of_emitter) *
                rays_in_motion(rays, scene_moved, kShareAtStart, kFewestAtStart);
     const double in_motion = rays_in_motion(rays, scene_moved, kShareInMotion, kFewestInMotion);
-    if (!pair.at_rest) return share_of_each(pairs_in_motion) * in_motion;
+    if (!pair.at_rest) return share_of_each(pairs_of_emitter) * in_motion;
     const double of_a_frame = kShareAtRest * static_cast<double>(emitted) / (pair.frames + 1);
-    return std::clamp(of_a_frame, double{kStep}, in_motion);
+    return std::max(double{kStep}, std::min(of_a_frame, in_motion));
 }
 
 }  // namespace
@@ -88,13 +87,18 @@ std::vector<char> pairs_to_gather(std::span<const PairStatus> pairs, std::uint64
 }
 
 GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> wanted,
-                       std::span<const std::uint64_t> emitted, int rays, bool scene_moved) {
+                       std::span<const std::uint64_t> emitted, int rays, bool scene_moved,
+                       std::size_t emitters_in_motion) {
     GatherPlan plan;
     plan.shares.resize(pairs.size());
     plan.at.resize(emitted.size());
     std::size_t in_motion = 0;
     for (std::size_t i = 0; i < pairs.size(); ++i)
         if (wanted[i] && !pairs[i].at_rest) ++in_motion;
+    // Emitters at rest share one budget of rays.
+    const double pairs_of_emitter =
+        static_cast<double>(in_motion) /
+        static_cast<double>(std::max<std::size_t>(emitters_in_motion, 1));
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         if (!wanted[i]) continue;
         const PairStatus& pair = pairs[i];
@@ -107,7 +111,7 @@ GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> 
         // The ends divide the M rays of a pair by the weights w and 1 - w of their estimates. With
         // the variance V of one ray, w^2 V / (w M) + (1 - w)^2 V / ((1 - w) M) = V / M: variance
         // and cost are those of one gather.
-        const double of_pair = rays_of_pair(pair, all, rays, scene_moved, in_motion);
+        const double of_pair = rays_of_pair(pair, all, rays, scene_moved, pairs_of_emitter);
         const auto gather_at = [&](std::size_t receiver, double part) {
             if (part == 0) return;
             GatherPlan::Gather& gather = plan.at[receiver];

@@ -36,12 +36,14 @@ struct GatherPlan {
 std::vector<char> pairs_to_gather(std::span<const PairStatus> pairs, std::uint64_t frame);
 
 /// Plans the gathers of the `wanted` pairs. `emitted`: rays in each emitter's cache. `rays`: those
-/// of an emitter that moves, in a frame. `scene_moved`: within the last window of frames. The rays
+/// of an emitter that moves, in a frame. `scene_moved`: within the last window of frames.
+/// `emitters_in_motion`: those that move and emit, each of which has its own rays. The rays
 /// of one receiver serve all emitters of the other end. Two gathers of M rays at both ends,
 /// weighted by shares w and 1 - w that are also those of their rays, have the variance w^2 V / (w
 /// M) + (1 - w)^2 V / ((1 - w) M) = V / M: as one gather of M rays. [propagation thread]
 GatherPlan plan_gather(std::span<const PairStatus> pairs, std::span<const char> wanted,
-                       std::span<const std::uint64_t> emitted, int rays, bool scene_moved);
+                       std::span<const std::uint64_t> emitted, int rays, bool scene_moved,
+                       std::size_t emitters_in_motion);
 
 /// Number of gather rays of a receiver whose gathers are not averaged over frames.
 int gather_rays_of_receiver(int rays, bool scene_moved);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "engine/base/sampling.h"
@@ -28,8 +29,8 @@ enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 /// hits of all need much memory.
 constexpr int kGatherRaysTogether = 4096;
 
-/// The parts in which the energy of each of `pairs` is summed: those of all pairs are enough for
-/// several threads, and each part has a response of its own.
+/// The parts in which the energy of each of `pairs` is summed: those of all are enough for several
+/// threads, and each part has a response of its own.
 std::size_t divisions(std::size_t pairs) {
     constexpr std::size_t kParts = 8;
     return std::max<std::size_t>(kParts / pairs, 1);
@@ -277,8 +278,11 @@ bool PatchPropagation::scene_moved_recently(std::uint64_t frame) const {
 
 GatherPlan PatchPropagation::plan_gather(std::uint64_t frame, std::span<const char> wanted,
                                          std::span<const std::uint64_t> emitted) const {
+    std::size_t in_motion = 0;
+    for (std::size_t e = 0; e < emitter_count(); ++e)
+        if (ends_[e].status.changed && emitted[e] > 0) ++in_motion;
     return aula::plan_gather(pair_status(), wanted, emitted, tracer_.rays_of(tracer_.batch_count()),
-                             scene_moved_recently(frame));
+                             scene_moved_recently(frame), in_motion);
 }
 
 GatherSettings PatchPropagation::gather_settings(int rays) const {
@@ -319,6 +323,9 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
                                            FrameStatistics& statistics) {
     std::deque<FinalGather> gathers;
     GatheredEnergies energies;
+    std::set<std::size_t> gathered;
+    for (std::size_t e = first; e < end; ++e)
+        gathered.insert(plan.at[e].pairs.begin(), plan.at[e].pairs.end());
     for (std::size_t e = first; e < end; ++e) {
         if (plan.at[e].pairs.empty()) continue;
         const Emitter receiver = emitter(e, frame);
@@ -330,7 +337,7 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
             const auto [source, listener] = ends_of(i);
             const GatherPlan::Shares& shares = plan.shares[i];
             GatheredEnergy& energy =
-                energies.try_emplace(i, pairs_[i].gathered(), divisions(pairs_.size()))
+                energies.try_emplace(i, pairs_[i].gathered(), divisions(gathered.size()))
                     .first->second;
             energy.add(gather.hits(), ends_[receiver.is_listener ? source : listener].cache,
                        receiver.is_listener ? shares.source : shares.listener);

@@ -13,6 +13,7 @@
 
 #include "engine/base/mix64.h"
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 #include "engine/patches/cell_clipping.h"
 
 namespace aula {
@@ -129,7 +130,7 @@ struct IrradianceMap::State {
 
     float area_of(const Piece& piece) const {
         const RayScene::Triangle& triangle = scene.triangle(piece.triangle);
-        const Vec3 off = RayScene::kOffset_m * (piece.back ? -triangle.normal : triangle.normal);
+        const Vec3 off = tolerances::kOffset_m * (piece.back ? -triangle.normal : triangle.normal);
         ClippedPolygon polygon;
         for (const Vec3& v : triangle.vertices) polygon.add(v + off);
         for (int axis = 0; axis < 3 && polygon.count() > 2; ++axis) {
@@ -199,7 +200,7 @@ struct IrradianceMap::State {
             const auto& v = scene.triangle(static_cast<std::uint32_t>(face / 2)).vertices;
             const Vec3 normal = normal_of(face);
             patches[face] =
-                patch_of((v[0] + v[1] + v[2]) / 3.0F + RayScene::kOffset_m * normal, normal);
+                patch_of((v[0] + v[1] + v[2]) / 3.0F + tolerances::kOffset_m * normal, normal);
         }
         return patches;
     }

@@ -40,7 +40,7 @@ class PatchGrid {
     static Extent extent(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                          std::uint64_t seed, double max_patches);
 
-    /// The patch of a point (off the surface by RayScene::kOffset_m) with its facing normal, or
+    /// The patch of a point (off the surface by tolerances::kOffset_m) with its facing normal, or
     /// kNone.
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 #include "engine/rays/room_survey.h"
 
 namespace aula {
@@ -76,7 +77,7 @@ std::vector<char> SoundReach::reaches(std::span<const SurfaceSample> samples,
 void SoundReach::test(std::span<const SurfaceSample> samples, std::span<char> reached,
                       std::uint64_t seed) const {
     // Coincident faces count once: only the face that a ray hits.
-    constexpr float kAbove_m = 2 * RayScene::kOffset_m;
+    constexpr float kAbove_m = 2 * tolerances::kOffset_m;
     RandomStream random(seed);
     std::vector<Ray> rays(samples.size());
     std::vector<Hit> hits(samples.size());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 #include "engine/patches/cell_clipping.h"
 
 namespace aula {
@@ -28,7 +29,7 @@ void SurfaceSampler::for_each_part(std::uint32_t t, const Visit& visit) {
         const Vec3 normal = back ? -triangle.normal : triangle.normal;
         ClippedPolygon whole;
         for (const Vec3& v : triangle.vertices) {
-            whole.add(v - grid_.origin() + RayScene::kOffset_m * normal);
+            whole.add(v - grid_.origin() + tolerances::kOffset_m * normal);
         }
         for_each_cell(whole, grid_.cuts(), 0, {},
                       [&](const CellIndex& cell, const ClippedPolygon& part) {
@@ -89,8 +90,8 @@ std::vector<SurfaceSample> SurfaceSampler::sample(std::span<const std::uint32_t>
             const float samples_per_m2 = share * full_per_m2;
             const float most = share * static_cast<float>(per_cell);
             const auto sample_of = [&](float area_m2) {
-                const Vec3 point =
-                    grid_.origin() + part.point(sobol.point(next++)) - RayScene::kOffset_m * normal;
+                const Vec3 point = grid_.origin() + part.point(sobol.point(next++)) -
+                                   tolerances::kOffset_m * normal;
                 return SurfaceSample{point, normal, t, patch, area_m2};
             };
             if (area * samples_per_m2 >= 1) {

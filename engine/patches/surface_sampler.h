@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/tolerances.h"
 #include "engine/patches/cell_grid.h"
 #include "engine/patches/patch_index.h"
 #include "engine/rays/ray_scene.h"
@@ -21,7 +22,7 @@ struct SurfaceSample {
 
     /// The point at the distance from the surface at which points belong to cells: the same for
     /// deposits, gathers and areas, so that rounding cannot divide a wall in a plane of the grid.
-    Vec3 nudged_off_surface() const { return point + RayScene::kOffset_m * normal; }
+    Vec3 nudged_off_surface() const { return point + tolerances::kOffset_m * normal; }
 };
 
 /// Clips both sides of triangles at the cells of a grid, at their present positions. Uses the

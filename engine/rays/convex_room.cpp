@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "engine/base/tolerances.h"
+
 namespace aula {
 
 namespace {
@@ -44,7 +46,7 @@ bool is_convex_room(const RayScene& scene, std::span<const Vec3> inside) {
         const auto height_m = [&](const Vec3& p) { return glm::dot(t.normal, p - t.vertices[0]); };
         const float side = height_m(inside[0]) > 0 ? 1 : -1;
         const auto is_behind = [&](const Vec3& p) {
-            return side * height_m(p) < -RayScene::kOffset_m;
+            return side * height_m(p) < -tolerances::kOffset_m;
         };
         return scene.moves(t) || std::any_of(inside.begin(), inside.end(), is_behind) ||
                std::any_of(all.begin(), all.end(), [&](const RayScene::Triangle& other) {

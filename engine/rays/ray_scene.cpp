@@ -20,6 +20,7 @@
 
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
+#include "engine/base/tolerances.h"
 #include "engine/rays/ray_library.h"
 
 namespace aula {
@@ -543,7 +544,7 @@ Bounds RayScene::bounds() const {
 Vec3 RayScene::point(const Hit& hit, const Vec3& ray_direction) const {
     const auto& v = triangles_[hit.triangle].vertices;
     const Vec3 on_surface = v[0] + hit.u * (v[1] - v[0]) + hit.v * (v[2] - v[0]);
-    return on_surface + kOffset_m * facing_normal(hit, ray_direction);
+    return on_surface + tolerances::kOffset_m * facing_normal(hit, ray_direction);
 }
 
 std::string ray_library() {

@@ -99,7 +99,7 @@ class RayScene {
 
     /// True if no surface lies between two points. The segment is shortened at both ends, by 0.1 mm
     /// if no other length is given.
-    bool visible(const Vec3& from, const Vec3& to, float shortened_m = kOffset_m) const;
+    bool visible(const Vec3& from, const Vec3& to, float shortened_m = tolerances::kOffset_m) const;
 
     /// A distance below which no surface lies around a point, at most `most_m`.
     float clear_m(const Vec3& point, float most_m) const;
@@ -143,16 +143,13 @@ class RayScene {
     /// True for a triangle of a movable object.
     bool moves(const Triangle& triangle) const { return objects_[triangle.object].moves(); }
 
-    /// The hit point moved kOffset_m along the normal to the side of the incoming ray. It is
-    /// computed from the triangle's vertices, which is more exact than along the ray. The vertices
-    /// are scattered in memory: avoid it in innermost loops.
+    /// The hit point moved tolerances::kOffset_m along the normal to the side of the incoming ray.
+    /// It is computed from the triangle's vertices, which is more exact than along the ray. The
+    /// vertices are scattered in memory: avoid it in innermost loops.
     Vec3 point(const Hit& hit, const Vec3& ray_direction) const;
 
     /// The triangle's unit normal on the side of the incoming ray.
     Vec3 facing_normal(const Hit& hit, const Vec3& ray_direction) const;
-
-    /// Of points on a surface.
-    static constexpr float kOffset_m = tolerances::kOffset_m;
 
     /// Distance within which an opaque face blocks the transmission of another one. Patches do not
     /// distinguish faces that are closer together.
@@ -164,7 +161,7 @@ class RayScene {
     /// The offset of a point at `distance_m` along a ray, including the rounding of long
     /// distances.
     static constexpr float offset_after(float distance_m) {
-        return kOffset_m + tolerances::kRounding * distance_m;
+        return tolerances::kOffset_m + tolerances::kRounding * distance_m;
     }
 
     /// A point off the surface that a ray meets after `distance_m`: `along_m` along the ray and

@@ -23,7 +23,7 @@ Receiver make_receiver(const RayScene& scene, const Vec3& position, float radius
     std::vector<Hit> hits(kProbes);
     scene.intersect(probes, hits);
     Receiver receiver{position, radius_m, Receiver::filled(0),
-                      scene.clear_m(position, largest_m + 2 * RayScene::kOffset_m)};
+                      scene.clear_m(position, largest_m + 2 * tolerances::kOffset_m)};
     for (std::size_t k = 0; k < Receiver::kSpheres; ++k) {
         // A cone that ends at r of R contains (r / R)^3 of its part of the sphere.
         const float sphere_m = radius_m * Receiver::radius_factor(k);
@@ -55,7 +55,7 @@ std::optional<Receiver::Chord> Receiver::chord(const RayScene& scene, const Vec3
                                 std::uint64_t{std::bit_cast<std::uint32_t>(half_chord_2)} << 32)));
     const float at_m = enter_m + share * (leave_m - enter_m);
     const float sphere_m = radius_m * radius_factor(sphere);
-    if (sphere_m + RayScene::kOffset_m >= clear_m) {
+    if (sphere_m + tolerances::kOffset_m >= clear_m) {
         // A segment ends on a surface: its last points may be rounded to the other side. The tested
         // point is before the end, where only rays that are nearly parallel to the surface are
         // within rounding of it, and the test passes it by as much as it may be off its ray.

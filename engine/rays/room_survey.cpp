@@ -10,6 +10,7 @@
 
 #include "aula/engine/room_acoustics.h"
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 #include "engine/rays/wall_crossing.h"
 
 namespace aula {
@@ -77,8 +78,9 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
             if (walks.through_moving && hits[i].any() &&
                 scene.moves(scene.triangle(hits[i].triangle))) {
                 const Vec3 through = scene.facing_normal(hits[i], direction);
-                rays[alive] = {scene.point(hits[i], direction) - 2 * RayScene::kOffset_m * through,
-                               direction};
+                rays[alive] = {
+                    scene.point(hits[i], direction) - 2 * tolerances::kOffset_m * through,
+                    direction};
                 begin[alive] = begin[i];
                 passed[alive] = passed[i].any() ? passed[i] : hits[i];
             } else {
@@ -95,7 +97,7 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                 exits.clear();
                 if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
                     random[i].uniform() < 0.5F) {
-                    const WallEntry entry{hit, point - 2 * RayScene::kOffset_m * normal, normal};
+                    const WallEntry entry{hit, point - 2 * tolerances::kOffset_m * normal, normal};
                     find_wall_exits(scene, {&entry, 1}, exits);
                 }
                 if (!exits.empty() && exits[0].wall.transmission.max() > 0) {

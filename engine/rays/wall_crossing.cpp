@@ -130,7 +130,7 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
     if (!scene.transmits()) return {};
     const Vec3 offset = listener - source;
     const float length_m = glm::length(offset);
-    if (length_m <= 2 * RayScene::kOffset_m) return {};
+    if (length_m <= 2 * tolerances::kOffset_m) return {};
     // The lines of the spindle bend in a disc around the middle. Weights fall to 0 at its edge.
     const Vec3 axis = offset / length_m;
     const Vec3 up = std::abs(axis.z) < 0.99F ? Vec3(0, 0, 1) : Vec3(1, 0, 0);
@@ -157,7 +157,7 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
     for (std::size_t i = 0; i < kLines; ++i) {
         // The first half ends just behind the middle, so that no face there is missed.
         lines[i].origin = source;
-        lines[i].left_m = glm::distance(source, middle[i]) + RayScene::kOffset_m;
+        lines[i].left_m = glm::distance(source, middle[i]) + tolerances::kOffset_m;
         active.push_back(i);
     }
     std::vector<Ray> rays;
@@ -191,7 +191,7 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
                 if (line.second) continue;
                 line.second = true;
                 line.origin = middle[i];
-                line.left_m = glm::distance(middle[i], listener) - RayScene::kOffset_m;
+                line.left_m = glm::distance(middle[i], listener) - tolerances::kOffset_m;
             }
             active[alive++] = i;
         }

@@ -64,8 +64,8 @@ Degrees legendre(double x) {
 
 /// The means of even degree for a density proportional to exp(k x^2).
 Degrees watson_moments(double k) {
-    constexpr int kPoints =
-        1000;  // of the midpoint rule: at k = 100 the density falls by e over five
+    // Of the midpoint rule: at k = 100 the density falls by e over five.
+    constexpr int kPoints = 1000;
     Degrees moments{};
     for (int i = 0; i < kPoints; ++i) {
         const double x = (i + 0.5) / kPoints;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/sampling.h"
+#include "engine/base/tolerances.h"
 #include "engine/trace/specular_paths.h"
 
 namespace aula {
@@ -92,7 +93,7 @@ std::vector<Ray> lines_from(const RayScene& scene, const Wall& wall, std::uint32
             for (const float side : {-1.0F, 1.0F}) {
                 const Vec3 normal = side * triangle.normal;
                 lines.push_back(
-                    {.origin = point + RayScene::kOffset_m * normal, .direction = normal});
+                    {.origin = point + tolerances::kOffset_m * normal, .direction = normal});
             }
         }
         before_m2 += here_m2;
@@ -106,7 +107,7 @@ Hit past_movers(const RayScene& scene, Ray line, Hit hit) {
     float passed_m = 0;
     for (int n = 0; hit.any() && scene.moves(scene.triangle(hit.triangle)); ++n) {
         if (n == kMostPassed) return {};
-        const float to_next_m = hit.distance_m + RayScene::kOffset_m;
+        const float to_next_m = hit.distance_m + tolerances::kOffset_m;
         passed_m += to_next_m;
         line.origin += to_next_m * line.direction;
         hit = {};

@@ -86,7 +86,7 @@ struct SpecularPaths::Probe {
           order(reflections),
           at(from),
           target(towards),
-          origin(Vec3(from) + RayScene::kOffset_m * ray_direction(towards - from)) {}
+          origin(Vec3(from) + tolerances::kOffset_m * ray_direction(towards - from)) {}
 
     std::uint64_t image;
     std::size_t order;
@@ -510,7 +510,7 @@ void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
             const Point offset = (last ? Point(source) : probe.target) - Point(probe.origin);
             const auto length_m = static_cast<float>(glm::length(offset));
             rays.push_back({probe.origin, ray_direction(last ? offset : probe.target - probe.at),
-                            last ? length_m - RayScene::kOffset_m : length_m});
+                            last ? length_m - tolerances::kOffset_m : length_m});
         }
         hits.resize(rays.size());
         scene_.intersect(rays, hits);

@@ -30,7 +30,7 @@ struct Settings {
     int walks = 4;                         ///< tracking: repetitions with seeds of their own
     double rest_s = 0;                     ///< tracking: rest of both ends before the walk
     double frame_ms = 10;                  ///< rest: CPU time of a frame
-    int sources = 32;                      ///< of the command sources, compared with one
+    int sources = 16;                      ///< of the command sources, compared with one
     double reference_rays = 64e6;          ///< at most, even if the reference has not converged
     double reference_s = 120;              ///< CPU time of a reference, at most
     std::function<void(const std::string&)> progress;  ///< receives the present step in a few words

@@ -20,7 +20,7 @@ namespace {
 constexpr int kFrames = 120;
 constexpr std::uint64_t kManyReferenceRound = 1 << 16;
 
-/// Sources that walk are on circles, which are small enough to remain in the room.
+/// Sources that walk are on circles, which are within the free space of source_positions().
 constexpr double kWalkingSpeed_m_s = 1.5;
 constexpr double kCircleRadius_m = 0.1;
 

@@ -8,6 +8,7 @@ namespace aula::bench {
 namespace {
 
 constexpr float kSourceFraction = 0.5F;  // position of a source along a ray to the wall
+constexpr float kClear_m = 0.25F;        // around a source, which may walk within it
 
 }  // namespace
 
@@ -21,7 +22,8 @@ std::vector<Vec3> source_positions(const Scene& scene, int count) {
         Hit hit;
         rays.intersect({&ray, 1}, {&hit, 1});
         if (!hit.any() || hit.distance_m < 1) continue;
-        found.push_back(ray.origin + kSourceFraction * hit.distance_m * ray.direction);
+        const Vec3 place = ray.origin + kSourceFraction * hit.distance_m * ray.direction;
+        if (rays.clear_m(place, kClear_m) >= kClear_m) found.push_back(place);
     }
     return found;
 }

@@ -64,8 +64,8 @@ TEST_CASE("edges form a row if they are nearly parallel and on one side of the p
     Object hanging = screen(3, 0);
     for (Vec3& vertex : hanging.vertices) vertex.y = -vertex.y;
     CHECK(has_row(screen(3, 0)));
-    CHECK(has_row(turned(0.05F)));
-    CHECK_FALSE(has_row(turned(0.35F)));
+    CHECK(has_row(turned(0.12F)));
+    CHECK_FALSE(has_row(turned(0.16F)));
     CHECK_FALSE(has_row(hanging));
 }
 

@@ -38,7 +38,7 @@ TEST_CASE("Path lines start at the source, end on walls and lose the energy that
         for (std::size_t i = 1; i < line.points.size(); ++i) {
             const Vec3 p = line.points[i];
             const float to_wall_m = std::min({p.x, 5 - p.x, p.y, 4 - p.y, p.z, 3 - p.z});
-            CHECK(std::abs(to_wall_m) < 2e-4F);  // RayScene::kOffset_m and rounding
+            CHECK(std::abs(to_wall_m) < 2e-4F);  // tolerances::kOffset_m and rounding
         }
         // Absorption and scattering are equal in all bands: a reflection leaves 0.7 exactly.
         CHECK(static_cast<double>(line.energy[4]) == Approx(std::pow(0.7, 4)).epsilon(1e-4));

@@ -1,8 +1,7 @@
 #include "engine/estimate/gather_plan.h"
 
-#include <cmath>
-
 #include <catch2/catch.hpp>
+#include <cmath>
 
 namespace gather_plan_test {
 
@@ -22,7 +21,7 @@ GatherPlan plan(const PairStatus& pair, std::uint64_t of_source, std::uint64_t o
                 int rays = kRays, bool scene_moved = false) {
     const std::vector<char> wanted{1};
     const std::vector<std::uint64_t> emitted{of_source, of_listener};
-    return plan_gather(std::span(&pair, 1), wanted, emitted, rays, scene_moved);
+    return plan_gather(std::span(&pair, 1), wanted, emitted, rays, scene_moved, 1);
 }
 
 }  // namespace
@@ -73,11 +72,11 @@ TEST_CASE("the gather at one listener serves all sources") {
     const std::vector<PairStatus> pairs{{0, 2, 49, true, false}, {1, 2, 3, false, false}};
     const std::vector<char> wanted{1, 1};
     const std::vector<std::uint64_t> emitted{50'000, 4'000, 0};
-    const GatherPlan p = plan_gather(pairs, wanted, emitted, kRays, false);
+    const GatherPlan p = plan_gather(pairs, wanted, emitted, kRays, false, 0);
     CHECK(p.at[2].pairs == std::vector<std::size_t>{0, 1});
     CHECK(p.at[2].rays == 1536);  // those of the pair in motion
     const std::vector<char> first{1, 0};
-    CHECK(plan_gather(pairs, first, emitted, kRays, false).at[2].pairs ==
+    CHECK(plan_gather(pairs, first, emitted, kRays, false, 0).at[2].pairs ==
           std::vector<std::size_t>{0});
 }
 
@@ -94,7 +93,7 @@ TEST_CASE("n pairs in motion have 1 / sqrt(n) of the gather rays of one, each") 
         std::vector<std::uint64_t> emitted(listener + 1, 0);
         emitted[listener] = 100'000;
         const std::vector<char> wanted(pairs.size(), 1);
-        const GatherPlan p = plan_gather(pairs, wanted, emitted, kRays, scene_moved);
+        const GatherPlan p = plan_gather(pairs, wanted, emitted, kRays, scene_moved, 1);
         return p.at[0].rays;
     };
     const int one = rays_of_each(1, 0, false);
@@ -107,6 +106,28 @@ TEST_CASE("n pairs in motion have 1 / sqrt(n) of the gather rays of one, each") 
             CHECK(rays_of_each(n, 5, moved) < wanted + 128);  // a batch
         }
     }
+}
+
+TEST_CASE("pairs share the rays of those emitters alone that they have in common") {
+    // Four sources and four listeners walk, and the listeners emit.
+    std::vector<PairStatus> pairs(16, kMoving);
+    for (std::size_t i = 0; i < 16; ++i) {
+        pairs[i].source = i / 4;
+        pairs[i].listener = 4 + i % 4;
+    }
+    const std::vector<char> wanted(16, 1);
+    const std::vector<std::uint64_t> emitted{0, 0, 0, 0, 1000, 1000, 1000, 1000};
+    const auto rays = [&](std::size_t emitters) {
+        return plan_gather(pairs, wanted, emitted, kRays, false, emitters).at[0].rays;
+    };
+    CHECK(rays(16) == plan(kMoving, 0, 1000).at[kSource].rays);
+    CHECK(rays(4) == rays(16) / 2);
+    CHECK(rays(1) == rays(16) / 4);
+    CHECK(rays(0) == rays(1));  // emitters at rest share one budget
+}
+
+TEST_CASE("gathers of few rays have a batch") {
+    CHECK(plan(kResting, 50'000, 0, 16).at[kListener].rays == 128);
 }
 
 TEST_CASE("pairs at rest are gathered two in a frame, those in motion in every frame") {

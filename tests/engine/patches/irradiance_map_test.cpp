@@ -1,4 +1,5 @@
 #include "engine/patches/irradiance_map.h"
+#include "engine/base/tolerances.h"
 
 #include <algorithm>
 #include <array>
@@ -234,7 +235,7 @@ TEST_CASE("patches that begin after the count, as by movement, are uniform") {
     const RayScene rays(room());
     IrradianceMap map(rays, kPatch_m);
     constexpr std::uint32_t kCounted = 32;  // fills the memory of its flags, for the sanitizer
-    const Vec3 point(0.1F, 0.1F, RayScene::kOffset_m);
+    const Vec3 point(0.1F, 0.1F, tolerances::kOffset_m);
     for (int i = 0; i < 100; ++i) map.add_hit(kCounted - 1, 0, point, -kDown);
     const std::vector<float> area_m2(kCounted, static_cast<float>(kPatch_m2));
     map.finish(area_m2, [](const Vec3&, const Vec3&) { return kCounted - 1; });
@@ -260,8 +261,8 @@ TEST_CASE(
         const RayScene rays(test::grey_room(triangle, 0.1F, 1, kInside, kInside));
         IrradianceMap map(rays, kPatch_m);
         // One patch, 1000 of whose 1010 hits are on the left.
-        const Vec3 left(0.09F, 0.01F, 1 + side * RayScene::kOffset_m);
-        const Vec3 right(0.17F, 0.01F, 1 + side * RayScene::kOffset_m);
+        const Vec3 left(0.09F, 0.01F, 1 + side * tolerances::kOffset_m);
+        const Vec3 right(0.17F, 0.01F, 1 + side * tolerances::kOffset_m);
         for (int i = 0; i < 1000; ++i) map.add_hit(0, 0, left, normal);
         for (int i = 0; i < 10; ++i) map.add_hit(0, 0, right, normal);
         const std::array<float, 1> area_m2{0.005F};

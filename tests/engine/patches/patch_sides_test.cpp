@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "engine/base/tolerances.h"
 #include "tests/engine/patches/surveyed.h"
 #include "tests/support/rooms.h"
 
@@ -42,7 +43,7 @@ Scene room_with(const std::vector<Object>& sheets) {
     return scene;
 }
 
-Vec3 on_floor(float x_m, float y_m) { return {x_m, y_m, RayScene::kOffset_m}; }
+Vec3 on_floor(float x_m, float y_m) { return {x_m, y_m, tolerances::kOffset_m}; }
 
 /// The row for the energy that leaves the floor at a point.
 struct FloorRow {

@@ -1,4 +1,5 @@
 #include "engine/rays/ray_scene.h"
+#include "engine/base/tolerances.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -44,7 +45,7 @@ TEST_CASE("rays in a box hit its walls at the right points, in batches of any si
             const Vec3 point = scene.point(hits[i], rays[i].direction);
             const Vec3 normal = scene.facing_normal(hits[i], rays[i].direction);
             CHECK(glm::dot(normal, rays[i].direction) < 0);
-            CHECK(glm::distance(point - RayScene::kOffset_m * normal,
+            CHECK(glm::distance(point - tolerances::kOffset_m * normal,
                                 origin + nearest * rays[i].direction) < 1e-5F);
         }
     }

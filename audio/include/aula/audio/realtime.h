@@ -1,7 +1,8 @@
 #pragma once
 
-/// Marks a function that the audio thread calls: no allocation, lock, log or system call. Compilers
-/// that know the attribute check the whole call tree. Clang 19 knows it and checks no call.
+/// Marks a function that the audio thread calls: no allocation, lock or log, and no system call
+/// that may wait. Compilers that know the attribute check the whole call tree. Clang 19 knows it
+/// and checks no call.
 #if defined(__clang__) && __clang_major__ >= 20
 #define AULA_NONBLOCKING [[clang::nonblocking]]
 #else
