@@ -42,7 +42,8 @@ struct TracedBox {
 
     DepositBatch deposits() const {
         DepositBatch batch;
-        deposit_tracer().trace({0, kSource}, test::test_seed(), 0, batch);
+        deposit_tracer().trace({0, kSource}, test::test_seed(), 0, DepositTracer::Extent::whole,
+                               batch);
         return batch;
     }
     ArrivalBatch arrivals() const {
@@ -153,7 +154,7 @@ TEST_CASE("The deposits of a ray are those of its reflections, in the open as in
     const DepositTracer tracer(rays, grid, bins, none, settings);
     REQUIRE(tracer.batch_count() == 1);
     DepositBatch batch;
-    tracer.trace({0, kSource}, test::test_seed(), 0, batch);
+    tracer.trace({0, kSource}, test::test_seed(), 0, DepositTracer::Extent::whole, batch);
 
     // Ray and time bin of all reflections, from the points of the paths.
     std::multiset<std::pair<std::size_t, std::size_t>> expected;
