@@ -1,8 +1,6 @@
 #include "engine/cache/patch_cache.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <numeric>
 
 #include "engine/base/band_vector.h"
@@ -16,12 +14,6 @@ constexpr std::size_t kMoments = RowPool::kMoments;
 constexpr std::size_t kPrefetchDistance = 28;  // deposits
 
 }  // namespace
-
-DirectionMoments PatchCache::Row::directions_at(std::size_t bin) const {
-    std::array<float, kMoments> moments;
-    std::copy_n(&directions[bin * kMoments], kMoments, moments.begin());
-    return std::bit_cast<DirectionMoments>(moments);
-}
 
 PatchCache::PatchCache(std::size_t bin_count, bool directed, std::shared_ptr<RowPool> memory)
     : bin_count_(bin_count),
@@ -57,8 +49,8 @@ void PatchCache::begin_add(int rays, std::size_t patch_count) {
 }
 
 AULA_MULTIVERSION
-void PatchCache::add_batch(PatchCache& cache, const DepositBatch& batch,
-                           const std::vector<Deposit>& deposits, std::size_t part) {
+void PatchCache::add_batch(PatchCache& cache, const DepositBatch& batch, std::size_t part) {
+    const std::vector<Deposit>& deposits = batch.deposits.part[part];
     for (std::size_t i = 0; i < deposits.size(); ++i) {
         // Prefetch: sums are scattered in memory.
         if (i + kPrefetchDistance < deposits.size()) {
@@ -89,30 +81,8 @@ void PatchCache::add_batch(PatchCache& cache, const DepositBatch& batch,
     }
 }
 
-void PatchCache::add_part(std::span<const DepositBatch> batches,
-                          DepositParts DepositBatch::*deposits, std::size_t part) {
-    for (const DepositBatch& batch : batches)
-        best_version<add_batch>(*this, batch, (batch.*deposits).part[part], part);
-}
-
-void PatchCache::set_row(std::uint32_t index, const ShiftedHistogram& sum) {
-    Row& row = table_.rows[index];
-    for (std::size_t k = 0; k < bin_count_; ++k) {
-        const Bands energy = sum.energy(k);
-        if (!(energy.max() > 0)) continue;
-        if (!row.sum) {
-            row.sum = table_.memory->take_sums();
-            if (directed_) row.directions = table_.memory->take_directions();
-        }
-        row.first_bin = std::min<std::uint32_t>(row.first_bin, static_cast<std::uint32_t>(k));
-        row.end_bin = static_cast<std::uint32_t>(k + 1);
-        row.total += energy;
-        store_bands(load_bands(energy), &row.sum[k * kBandCount]);
-        if (directed_) {
-            const BandVector moments = load_moments(sum.directions(k));
-            store_bands(moments, &row.directions[k * kMoments]);
-        }
-    }
+void PatchCache::add_part(std::span<const DepositBatch> batches, std::size_t part) {
+    for (const DepositBatch& batch : batches) best_version<add_batch>(*this, batch, part);
 }
 
 std::size_t PatchCache::allocated_rows() const {

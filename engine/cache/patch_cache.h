@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/shifted_histogram.h"
 #include "engine/cache/row_pool.h"
 #include "engine/trace/trace_batch.h"
 
@@ -33,9 +32,6 @@ class PatchCache {
         std::uint32_t first_bin = ~0U;
         std::uint32_t end_bin = 0;
         Bands total;  ///< over bins
-
-        /// Those of a bin, summed over the energy.
-        DirectionMoments directions_at(std::size_t bin) const;
     };
 
     /// `directed`: stores the directions. `memory` holds the rows, of `bin_count` bins; absent:
@@ -54,11 +50,7 @@ class PatchCache {
     void begin_add(int rays, std::size_t patch_count);
 
     /// Adds one of DepositParts::kCount parts of the rays' deposits. [any thread]
-    void add_part(std::span<const DepositBatch> batches, DepositParts DepositBatch::*deposits,
-                  std::size_t part);
-
-    /// Sets a row to a sum. [any thread, each row by one]
-    void set_row(std::uint32_t row, const ShiftedHistogram& sum);
+    void add_part(std::span<const DepositBatch> batches, std::size_t part);
 
     /// True at kEnoughRays or more.
     bool complete() const { return emitted_ >= kEnoughRays; }
@@ -87,8 +79,7 @@ class PatchCache {
         ~Table() { clear(); }
         void clear();
     };
-    static void add_batch(PatchCache& cache, const DepositBatch& batch,
-                          const std::vector<Deposit>& deposits, std::size_t part);
+    static void add_batch(PatchCache& cache, const DepositBatch& batch, std::size_t part);
 
     std::size_t bin_count_;
     bool directed_;

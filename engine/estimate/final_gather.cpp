@@ -27,9 +27,6 @@ constexpr float kLateShare = 0.25F;
 /// radiated energy has no finer resolution.
 constexpr float kJoined = 0.5F;
 
-/// The same for regions.
-constexpr float kJoinedRegion = 0.25F;
-
 /// Seeds the survival of the rays behind walls, beside the generations of the resampling.
 constexpr std::uint64_t kRoulette = 100;
 
@@ -134,17 +131,21 @@ void join(GatherHit& all, const GatherHit& hit) {
     all.directions = all.directions * (1 - share) + hit.directions * share;
 }
 
-/// Sorts hits by patch, late ones first, and merges those whose lengths differ by less than
-/// `joined_m`.
-std::vector<GatherHit> joined_by_patch(std::span<const GatherHit> hits, std::size_t patch_count,
-                                       float joined_m) {
+/// Sorts hits by patch, late ones first, and merges those of about the same length.
+template <typename Batch>
+std::vector<GatherHit> joined_by_patch(const std::vector<Batch>& batches, std::size_t patch_count,
+                                       float patch_size_m) {
     // Counting sort.
     std::vector<std::size_t> next(2 * patch_count + 1, 0);
     const auto slot = [](const GatherHit& hit) { return 2 * hit.patch + (hit.late ? 0U : 1U); };
-    for (const GatherHit& hit : hits) ++next[slot(hit) + 1];
+    for (const Batch& batch : batches) {
+        for (const GatherHit& hit : batch.hits) ++next[slot(hit) + 1];
+    }
     for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
     std::vector<const GatherHit*> ordered(next.back());
-    for (const GatherHit& hit : hits) ordered[next[slot(hit)]++] = &hit;
+    for (const Batch& batch : batches) {
+        for (const GatherHit& hit : batch.hits) ordered[next[slot(hit)]++] = &hit;
+    }
 
     std::vector<GatherHit> joined;
     joined.reserve(ordered.size());
@@ -156,7 +157,9 @@ std::vector<GatherHit> joined_by_patch(std::span<const GatherHit> hits, std::siz
             length_m.clear();
         }
         std::size_t k = 0;
-        while (k < length_m.size() && std::abs(length_m[k] - hit->length_m) > joined_m) ++k;
+        while (k < length_m.size() &&
+               std::abs(length_m[k] - hit->length_m) > kJoined * patch_size_m)
+            ++k;
         if (k < length_m.size()) {
             join(joined[first + k], *hit);
         } else {
@@ -184,23 +187,8 @@ void FinalGather::trace(std::size_t batch) {
     trace(batch, traced.hits,
           [&](const std::vector<Ray>& rays) { traced.segments += rays.size(); });
     if (--batches_left_ > 0) return;
-    std::vector<GatherHit> all;
-    for (Batch& joined : batches_) {
-        all.insert(all.end(), joined.hits.begin(), joined.hits.end());
-        joined.hits = {};
-    }
-    hits_ = joined_by_patch(all, grid_.size(), kJoined * grid_.patch_size_m());
-    if (!settings_.transport) return;
-    const TransportCache& transport = *settings_.transport;
-    std::vector<GatherHit> of_regions;
-    for (const GatherHit& hit : hits_) {
-        if (transport.regions()[hit.patch] == PatchRegions::kNone) continue;
-        GatherHit& added = of_regions.emplace_back(hit);
-        added.patch = transport.regions()[hit.patch];
-        added.weight *= transport.share(hit.patch);
-    }
-    region_hits_ = joined_by_patch(of_regions, transport.region_count(),
-                                   kJoinedRegion * transport.region_size_m());
+    hits_ = joined_by_patch(batches_, grid_.size(), grid_.patch_size_m());
+    for (Batch& joined : batches_) joined.hits = {};
 }
 
 /// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is

@@ -8,7 +8,6 @@
 #include "aula/engine/energy_response.h"
 #include "engine/base/shifted_histogram.h"
 #include "engine/cache/patch_cache.h"
-#include "engine/cache/transport_cache.h"
 #include "engine/patches/patch_grid.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/path_tracer.h"
@@ -30,7 +29,6 @@ struct GatherSettings {
     bool mirrors = true;  ///< rays continue as mirror rays
     float max_length_m = 343;
     Bands attenuation_per_m{};
-    const TransportCache* transport = nullptr;  ///< also gathers the energy of its regions
 };
 
 /// Final gather (Jensen 1996): traces M low-discrepancy rays from a receiver, which is the listener
@@ -49,9 +47,6 @@ class FinalGather {
 
     /// The hits, sorted by patch, late ones first; empty before all batches are traced.
     const std::vector<GatherHit>& hits() const { return hits_; }
-
-    /// The same of the regions of the transport, which radiate what their patches have in common.
-    const std::vector<GatherHit>& region_hits() const { return region_hits_; }
 
     /// After all batches: the number of ray segments.
     std::uint64_t segments() const;
@@ -75,7 +70,6 @@ class FinalGather {
     std::vector<Batch> batches_;
     std::atomic<std::size_t> batches_left_;
     std::vector<GatherHit> hits_;
-    std::vector<GatherHit> region_hits_;
 };
 
 /// Adds the energy of a pair's gathers to its response. The directions of arrival at the listener

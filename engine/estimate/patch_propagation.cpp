@@ -23,11 +23,6 @@ constexpr std::uint64_t kReserveTurn = 6;
 /// Batches whose memory is kept, over those of one emitter: static emitters share twice as many.
 constexpr int kKeptBatches = 2;
 
-/// All rays teach the transport until it has learnt from this number, whose noise is below that of
-/// the rays of a frame; then one of kTeachers does.
-constexpr std::uint64_t kEnoughTeachers = 60'000;
-constexpr int kTeachers = 8;
-
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
 /// Gathers are traced together up to this number of rays: some receivers have few rays, and the
@@ -74,15 +69,7 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
       grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
             workers, max_rows(memory_bytes_, bins_, source_count, listener_count)),
       tracer_(scene, grid_, bins_, images, trace),
-      row_pool_(std::make_shared<RowPool>(bins.count())),
-      region_pool_(std::make_shared<RowPool>(bins.count())) {
-    // Transport does not know the order of reflections, nor where objects will be.
-    const bool keeps_transport =
-        simulation.order == 0 &&
-        std::none_of(scene.triangles().begin(), scene.triangles().end(),
-                     [&](const RayScene::Triangle& t) { return scene.moves(t); });
-    if (keeps_transport)
-        transport_.emplace(scene, grid_, bins, kTransportShare * memory_bytes_, workers);
+      row_pool_(std::make_shared<RowPool>(bins.count())) {
     rays_may_mirror_ = simulation.specular || simulation.order > 0;
     find_mirrors();
     // A patch does not store the order of its energy: under a limit the tracer finds the paths that
@@ -106,34 +93,13 @@ void PatchPropagation::scene_moved() {
 /// Removes the energy of all emitters after a change of the grid, whose rows may belong to other
 /// patches now: a movement can be too small to change the sum of all movements.
 void PatchPropagation::clear_caches() {
-    for (End& end : ends_) end.clear();
-}
-
-/// Tells the tracer the regions of the transport.
-void PatchPropagation::share_regions() {
-    if (!transport_) return;
-    tracer_.set_regions({transport_->regions(), transport_->importance(),
-                         transport_->region_count(), transport_->start_count(),
-                         transport_->hand_over_m()});
-}
-
-void PatchPropagation::End::clear() {
-    cache.clear();
-    handed_over.clear();
-    predicted.clear();
-}
-
-double PatchPropagation::End::predicted_part() const {
-    if (predicted.emitted() == 0) return 0;
-    return static_cast<double>(predicted.emitted()) / static_cast<double>(cache.emitted());
+    for (End& end : ends_) end.cache.clear();
 }
 
 void PatchPropagation::materials_changed() {
     find_mirrors();
     grid_.materials_changed();
     clear_caches();
-    if (transport_) transport_->find_regions();
-    share_regions();
 }
 
 /// Decides whether paths that end in a mirror are left to the rays.
@@ -150,8 +116,6 @@ PairResponse PatchPropagation::silent_pair() const {
 }
 
 void PatchPropagation::restart() {
-    if (transport_) transport_->restart();
-    share_regions();
     for (End& end : ends_) end = make_end(end.id, end.cache.directed());
     last_move_.reset();
     pairs_.clear();
@@ -205,7 +169,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         const SegmentCache::State now{frame.number, emitter(i, frame).position, travel_m};
         end.status.changed = end.state && now.changed_since(*end.state);
         if (end.state) moved_m[i] = now.moved_m(*end.state);
-        if (end.status.changed) end.clear();
+        if (end.status.changed) end.cache.clear();
         end.segments.advance(now);
         // Rays are also needed for paths that no gather finds.
         end.status.complete = end.cache.complete() && (!mirrors_ || end.segments.full());
@@ -242,16 +206,6 @@ std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> s
     return batches;
 }
 
-/// How far the batch `b` of `count` of an emitter is traced.
-DepositTracer::Extent PatchPropagation::extent(const End& end, int b, int count) const {
-    using enum DepositTracer::Extent;
-    if (!transport_) return whole;
-    const bool teaches =
-        transport_->rays() < kEnoughTeachers || b < (count + kTeachers - 1) / kTeachers;
-    if (hands_over(end)) return teaches ? handed_over : near;
-    return teaches ? teaching : whole;
-}
-
 void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<int>& batches,
                              FrameStatistics& statistics) {
     std::vector<std::pair<std::size_t, int>> jobs;
@@ -262,8 +216,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [e, b] = jobs[job];
         batches_[job].clear();
-        tracer_.trace(emitter(e, frame), frame.seed, b, extent(ends_[e], b, batches[e]),
-                      batches_[job]);
+        tracer_.trace(emitter(e, frame), frame.seed, b, batches_[job]);
     });
     for (const DepositBatch& batch : std::span(batches_).first(jobs.size()))
         statistics.segments += batch.segment_count;
@@ -283,32 +236,13 @@ void PatchPropagation::update(const std::vector<int>& batches) {
             size_spheres(traced);
             ends_[e].segments.add(traced, rays);
         });
-        End& emitting = ends_[e];
-        if (emitting.cache.complete()) continue;
-        const bool hands = hands_over(emitting);
-        emitting.cache.begin_add(rays, grid_.size());
-        if (hands) emitting.handed_over.begin_add(rays, transport_->start_count());
-        if (hands) emitting.predicted.begin_add(rays, transport_->region_count());
-        for (std::size_t part = 0; part < DepositParts::kCount; ++part) {
-            jobs.emplace_back([&emitting, traced, part, hands] {
-                emitting.cache.add_part(traced, &DepositBatch::deposits, part);
-                if (hands) {
-                    emitting.handed_over.add_part(traced, &DepositBatch::handed_over, part);
-                } else {
-                    emitting.cache.add_part(traced, &DepositBatch::later, part);
-                }
-            });
-        }
+        PatchCache& cache = ends_[e].cache;
+        if (cache.complete()) continue;
+        cache.begin_add(rays, grid_.size());
+        for (std::size_t part = 0; part < DepositParts::kCount; ++part)
+            jobs.emplace_back([&cache, traced, part] { cache.add_part(traced, part); });
     }
     workers_.run(jobs);
-    if (!transport_) return;
-    const std::size_t count = batches_.size() - left.size();
-    transport_->learn(std::span(batches_).first(count), tracer_.rays_of(static_cast<int>(count)));
-    share_regions();
-    for (std::size_t e = 0; e < emitter_count(); ++e) {
-        if (batches[e] > 0 && hands_over(ends_[e]))
-            transport_->predict(ends_[e].handed_over, ends_[e].predicted);
-    }
 }
 
 /// The status of each emitter.
@@ -354,7 +288,6 @@ GatherPlan PatchPropagation::plan_gather(std::uint64_t frame, std::span<const ch
 GatherSettings PatchPropagation::gather_settings(int rays) const {
     GatherSettings settings = gather_settings_;
     settings.rays = rays;
-    settings.transport = transport_ ? &*transport_ : nullptr;
     return settings;
 }
 
@@ -406,10 +339,8 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
             GatheredEnergy& energy =
                 energies.try_emplace(i, pairs_[i].gathered(), divisions(gathered.size()))
                     .first->second;
-            const End& emitting = ends_[receiver.is_listener ? source : listener];
-            const double share = receiver.is_listener ? shares.source : shares.listener;
-            energy.add(gather.hits(), emitting.cache, share);
-            energy.add(gather.region_hits(), emitting.predicted, share * emitting.predicted_part());
+            energy.add(gather.hits(), ends_[receiver.is_listener ? source : listener].cache,
+                       receiver.is_listener ? shares.source : shares.listener);
         }
     }
     workers_.run(jobs);
@@ -459,7 +390,6 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
         statistics.cache_entries += end.cache.allocated_rows();
         statistics.memory_bytes += end.cache.memory_bytes() + end.segments.memory_bytes();
     }
-    if (transport_) statistics.memory_bytes += transport_->memory_bytes();
     statistics.memory_bytes += row_pool_->free_bytes();
 }
 
@@ -487,7 +417,6 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
                 energies.try_emplace(s, responses[s * at.size() + r], divisions(source_count_))
                     .first;
             added->second.add(gather.hits(), ends_[s].cache, 1);
-            added->second.add(gather.region_hits(), ends_[s].predicted, ends_[s].predicted_part());
         }
         statistics.segments += gather.segments();
         statistics.summed_bins += sum(energies, workers_);

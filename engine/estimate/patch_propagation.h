@@ -8,7 +8,6 @@
 #include "engine/cache/patch_cache.h"
 #include "engine/cache/row_pool.h"
 #include "engine/cache/segment_cache.h"
-#include "engine/cache/transport_cache.h"
 #include "engine/estimate/emission_plan.h"
 #include "engine/estimate/final_gather.h"
 #include "engine/estimate/gather_plan.h"
@@ -69,15 +68,10 @@ class PatchPropagation final : public ResponseEstimator {
     float patch_size_m() const override { return grid_.patch_size_m(); }
 
  private:
-    /// Share of the cache memory for the transport between regions.
-    static constexpr double kTransportShare = 0.125;
-
     /// An emitter, which is also a receiver: a source or a listener.
     struct End {
         std::size_t id = 0;  ///< selects the random numbers
         PatchCache cache;
-        PatchCache handed_over;  ///< by regions, in this frame
-        PatchCache predicted;    ///< by regions, in this frame
         SegmentCache segments;
         EmitterStatus status;
         std::optional<SegmentCache::State> state;  ///< in the last frame
@@ -85,12 +79,6 @@ class PatchPropagation final : public ResponseEstimator {
         // Of sources.
         OrientedDirectivity directivity{};  ///< in the last frame
         double turned_m = 0;                ///< see OrientedDirectivity::turned_m
-
-        /// Removes the energy.
-        void clear();
-
-        /// The share of the rays whose later energy is predicted.
-        double predicted_part() const;
     };
 
     /// The ends of a pair, by their index.
@@ -100,8 +88,6 @@ class PatchPropagation final : public ResponseEstimator {
     };
 
     void find_mirrors();
-    void share_regions();
-    bool hands_over(const End& end) const { return transport_ && end.status.changed; }
     void clear_caches();
 
     std::size_t emitter_count() const { return source_count_ + listener_count_; }
@@ -117,7 +103,6 @@ class PatchPropagation final : public ResponseEstimator {
     Emitter emitter(std::size_t e, const PropagationFrame& frame) const;
     void advance(const PropagationFrame& frame);
     std::vector<int> plan_batches(std::span<const EmitterStatus> status, std::uint64_t frame) const;
-    DepositTracer::Extent extent(const End& end, int b, int count) const;
     void trace(const PropagationFrame& frame, const std::vector<int>& batches,
                FrameStatistics& statistics);
     void update(const std::vector<int>& batches);
@@ -155,9 +140,7 @@ class PatchPropagation final : public ResponseEstimator {
     GatherSettings gather_settings_;
 
     std::shared_ptr<RowPool> row_pool_;  // of all caches
-    std::shared_ptr<RowPool> region_pool_;
-    std::optional<TransportCache> transport_;  // absent: every path is followed to its end
-    std::vector<End> ends_;                    // sources before listeners
+    std::vector<End> ends_;              // sources before listeners
 
     std::vector<DepositBatch> batches_;  // of the emitters in this frame, in order
 

@@ -26,8 +26,7 @@ double PatchPropagation::max_rows(double memory_bytes, const TimeBins& bins,
                                   std::size_t source_count, std::size_t listener_count) {
     const std::size_t bytes = source_count * PatchCache::row_bytes(bins.count(), false) +
                               listener_count * PatchCache::row_bytes(bins.count(), true);
-    return std::max(kFewestRows, (1 - kSegmentShare - kTransportShare) * memory_bytes /
-                                     static_cast<double>(bytes));
+    return std::max(kFewestRows, (1 - kSegmentShare) * memory_bytes / static_cast<double>(bytes));
 }
 
 std::size_t PatchPropagation::max_segments(bool directed) const {
@@ -42,8 +41,6 @@ std::size_t PatchPropagation::segment_bytes() const {
 PatchPropagation::End PatchPropagation::make_end(std::size_t id, bool directed) const {
     return {id,
             PatchCache(bins_.count(), directed, row_pool_),
-            PatchCache(bins_.count(), directed, region_pool_),
-            PatchCache(bins_.count(), directed, region_pool_),
             SegmentCache(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
                          max_segments(directed), segment_bytes()),
             {},

@@ -33,10 +33,6 @@ constexpr float kAllReached = 0.999F;  // share of a patch's area, up to roundin
 /// sides, each of which intersects about twice as many.
 constexpr double kCellsOfMoving = 4;
 
-/// Height of places over the surface, in patches: what is uneven does not hide them from each
-/// other.
-constexpr float kPlaceHeight = 0.25F;
-
 constexpr float kCoarser = 1.25F;  // factor of the patch size if patches are too many
 
 }  // namespace
@@ -58,7 +54,6 @@ struct PatchGrid::State {
     std::vector<std::uint32_t> moving_triangles;
     bool is_convex = false;  // when patches were marked
     double rows_of_moving = 0;
-    std::vector<Place> places;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;    // patch, triangle: sorted
     std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, cell: sorted
 
@@ -141,13 +136,11 @@ struct PatchGrid::State {
     /// Computes areas and irradiance.
     void find_areas() {
         static_area_m2.assign(index.size(), 0);
-        std::vector<SurfaceSample> heard;
         if (is_convex) {
             for_each_inner_part(
                 [&](std::uint32_t patch, float area) { static_area_m2[patch] += area; });
-            heard = inner_samples();
         } else {
-            heard = add_reachable(false, static_area_m2);
+            const std::vector<SurfaceSample> heard = add_reachable(false, static_area_m2);
             if (sides.add_partitions(partitions(heard)))
                 static_crossed = crossings(static_triangles);
         }
@@ -156,33 +149,6 @@ struct PatchGrid::State {
         });
         add_static_sides(sides.clear_static());
         scene_moved();
-        find_places(heard);
-    }
-
-    /// Samples of the walls of a convex room.
-    std::vector<SurfaceSample> inner_samples() {
-        std::vector<SurfaceSample> samples =
-            sampler.sample(static_triangles, kPlaces,
-                           [&](std::uint32_t patch) { return reach.marked(patch) ? 1.0F : 0.0F; });
-        std::erase_if(samples, [&](const SurfaceSample& s) {
-            return !(glm::dot(s.normal, inside[0] - s.point) > 0);
-        });
-        return samples;
-    }
-
-    /// Finds the places from samples of static surfaces that sound reaches.
-    void find_places(const std::vector<SurfaceSample>& heard) {
-        places.clear();
-        std::vector<int> count(index.size(), 0);
-        for (const SurfaceSample& s : heard) {
-            if (!reach.marked(s.patch)) continue;
-            const Vec3 point = s.nudged_off_surface();
-            const std::uint32_t row =
-                sides.divided(s.patch) ? sides.target(s.patch, point).row : s.patch;
-            if (row == kNone || count[row]++ >= kPlaces) continue;
-            const Vec3 before = point + kPlaceHeight * grid.size_m() * s.normal;
-            places.push_back({row, scene.visible(point, before) ? before : point});
-        }
     }
 
     void materials_changed() {
@@ -436,14 +402,6 @@ PatchGrid::Radiator PatchGrid::find_radiator(std::uint32_t triangle, const Vec3&
 
 float PatchGrid::area_m2(std::uint32_t patch) const { return state_->area_m2[patch]; }
 
-PatchGrid::RowArea PatchGrid::row_area(std::uint32_t row) const {
-    const State& s = *state_;
-    const std::uint32_t patch = s.index.patch_of(row);
-    if (row == patch) return {s.sides.divided(patch) ? 0 : s.area_m2[patch], 1};
-    const float area_m2 = s.sides.area_m2(patch, row);
-    return {area_m2, s.sides.factor(area_m2)};
-}
-
 float PatchGrid::per_m2(std::uint32_t row) const {
     const State& s = *state_;
     const std::uint32_t patch = s.index.patch_of(row);
@@ -459,8 +417,6 @@ float PatchGrid::relative_irradiance(std::uint32_t patch, std::uint32_t triangle
     if (state_->area_m2[patch] != state_->static_area_m2[patch]) return 1;
     return state_->irradiance_map->relative(patch, triangle, point, facing_normal);
 }
-
-const std::vector<PatchGrid::Place>& PatchGrid::places() const { return state_->places; }
 
 PatchCell PatchGrid::cell(std::uint32_t row) const {
     const State& s = *state_;

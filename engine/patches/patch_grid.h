@@ -64,13 +64,6 @@ class PatchGrid {
     /// Effective area; 0 if no part of the patch can be reached.
     float area_m2(std::uint32_t patch) const;
 
-    /// The part of a patch's area that has the energy of a row, and the factor of find_rows().
-    struct RowArea {
-        float area_m2 = 0;
-        float factor = 1;
-    };
-    RowArea row_area(std::uint32_t row) const;
-
     /// The share of a row's energy that a square metre of its patch radiates, as a mean over the
     /// patch.
     float per_m2(std::uint32_t row) const;
@@ -79,16 +72,6 @@ class PatchGrid {
     /// uniform.
     float relative_irradiance(std::uint32_t patch, std::uint32_t triangle, const Vec3& point,
                               const Vec3& facing_normal) const;
-
-    /// A point before the surface of a row.
-    struct Place {
-        std::uint32_t row = kNone;
-        Vec3 point{0};
-    };
-
-    /// Up to kPlaces points of each row of static surfaces that sound reaches.
-    static constexpr int kPlaces = 4;
-    const std::vector<Place>& places() const;
 
     /// The cell of a row's patch.
     PatchCell cell(std::uint32_t row) const;

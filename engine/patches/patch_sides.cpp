@@ -189,13 +189,9 @@ PatchSides::Target PatchSides::target(std::uint32_t patch, const Vec3& point) co
     const std::uint32_t sides = sides_of(division, point);
     for (const Row& row : division.rows) {
         if (row.sides != sides) continue;
-        return {row.number, factor(row.area_m2)};
+        return {row.number, reference_m2_ / std::max(row.area_m2, kMinArea * reference_m2_)};
     }
     return {};
-}
-
-float PatchSides::factor(float area_m2) const {
-    return reference_m2_ / std::max(area_m2, kMinArea * reference_m2_);
 }
 
 float PatchSides::area_m2(std::uint32_t patch, std::uint32_t number) const {

@@ -84,9 +84,6 @@ class PatchSides {
     /// The area to which the energies of rows refer.
     float reference_m2() const { return reference_m2_; }
 
-    /// The factor of the energy of a row of this area.
-    float factor(float area_m2) const;
-
     /// The area of a patch's row; 0 for a row that is not one of its sides.
     float area_m2(std::uint32_t patch, std::uint32_t row) const;
 

@@ -144,7 +144,6 @@ void PathBatch::set_path(std::size_t lane, const PathBatch& from, std::size_t ot
     image[lane] = from.image[other];
     roulette_energy[lane] = from.roulette_energy[other];
     undivided[lane] = from.undivided[other];
-    starts[lane] = from.starts[other];
     crossings[lane] = from.crossings[other];
     reflected[lane] = from.reflected[other];
 }
@@ -161,7 +160,6 @@ void PathBatch::take_mirrored(const PathBatch& from, float max_length_m) {
         rays.origin.set(lane, from.point.at(i));
         rays.direction.set(lane, mirror(from.rays.direction.at(i), from.normal.at(i)));
         rays.max_m[lane] = max_length_m - from.length_m[i];
-        starts[lane] = {};
         energy[lane] = from.specular[i];
         to_diffuse[lane] = 0;
         random[lane] = derive_seed(from.random[i], ReflectionSeed::mirrored);

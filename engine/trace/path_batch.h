@@ -11,20 +11,6 @@
 
 namespace aula {
 
-/// Diffuse reflections of a path from which its later ones are observed, to learn the transport
-/// between surfaces. The first one is the first diffuse reflection of all.
-struct PathStarts {
-    static constexpr std::size_t kCount = 4;
-
-    std::uint32_t count = 0;
-    std::array<std::uint32_t, kCount> row{};      ///< of the grid
-    std::array<float, kCount> length_m{};         ///< of the path up to the reflection
-    std::array<float, kCount> per_energy{};       ///< 1 / the energy of the strongest band
-    std::array<std::uint16_t, kCount> end_bin{};  ///< the first bin that is not observed
-
-    bool any() const { return count > 0; }
-};
-
 /// Paths of one reflection order as a structure of arrays for vector units. The stages (intersect,
 /// arrive, scatter, leave) process the whole batch: wavefront path tracing (Laine et al. 2013).
 /// Each lane's result depends on its own path only. [propagation thread]
@@ -61,7 +47,6 @@ struct PathBatch {
     /// Lobes::both: of a path that only mirrors have reflected, the probability that the diffuse
     /// lobe has not been chosen yet.
     alignas(64) std::array<float, kLanes> undivided{};
-    std::array<PathStarts, kLanes> starts{};
     std::array<std::uint32_t, kLanes> crossings{};  ///< walls passed, of paths behind walls
     std::array<std::uint32_t, kLanes> reflected{};  ///< the same: 1 after any reflection
 

@@ -67,37 +67,11 @@ struct ArrivalBatch : TraceBatch {
 
 /// Results of a DepositTracer.
 struct DepositBatch : TraceBatch {
-    /// A diffuse reflection from which the later ones of its path are observed.
-    struct Start {
-        std::uint32_t row = 0;
-        std::uint32_t end_bin = 0;  ///< of the time since then, the first that is not observed
-        Bands energy;               ///< that leaves, relative to that of the strongest band
-    };
-
-    /// A hit late in the response.
-    struct LateHit {
-        std::uint32_t row = 0;
-        std::uint32_t bin = 0;
-        float energy = 0;  ///< sum over bands, before the reflection
-    };
-
-    DepositParts deposits;     ///< on rows of the grid, before the hand-over
-    DepositParts later;        ///< the same, after it
-    DepositParts handed_over;  ///< on regions, times the importance: of the deposits, those before
-                               ///< which no reflection is diffuse
-    DepositParts transport;    ///< on pairs of regions, for starts whose strongest band has the
-                               ///< energy 1, at the times since then
-    std::vector<Start> starts;
-    std::vector<LateHit> late_hits;
+    DepositParts deposits;
 
     void clear() {
         TraceBatch::clear();
         deposits.clear();
-        later.clear();
-        handed_over.clear();
-        transport.clear();
-        starts.clear();
-        late_hits.clear();
     }
 };
 

@@ -79,8 +79,6 @@ void TransmittedPaths::transmit(const PathBatch& from, int reflections) {
         emerging_->random[lane] = random.state();
         emerging_->to_diffuse[lane] = diffuse ? 1 : 0;
         emerging_->diffuse[lane] = from.diffuse[i] | emerging_->to_diffuse[lane];
-        emerging_->starts[lane] = from.starts[i];
-        emerging_->ended[lane] = 0;
         emerging_->identifier[lane] = from.identifier[i].transmitted();
         emerging_->point.set(lane, exit.point);
         emerging_->normal.set(lane, exit.normal);

@@ -37,8 +37,7 @@ double radiated(const PatchCache& cache, std::uint32_t patch) {
 void add(PatchCache& cache, int rays, std::span<const DepositBatch> batches, int threads = 2) {
     WorkerPool workers(threads);
     cache.begin_add(rays, kPatches);
-    workers.run(DepositParts::kCount,
-                [&](std::size_t part) { cache.add_part(batches, &DepositBatch::deposits, part); });
+    workers.run(DepositParts::kCount, [&](std::size_t part) { cache.add_part(batches, part); });
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ struct Rows {
     void fill_cache(std::uint32_t patches) {
         cache.begin_add(kRays, patches);
         for (std::size_t part = 0; part < DepositParts::kCount; ++part)
-            cache.add_part({&batch, 1}, &DepositBatch::deposits, part);
+            cache.add_part({&batch, 1}, part);
     }
 
     /// The result by definition: the energy of each bin, uniform in time, delayed by the hit's

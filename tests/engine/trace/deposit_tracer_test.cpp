@@ -42,8 +42,7 @@ struct TracedBox {
 
     DepositBatch deposits() const {
         DepositBatch batch;
-        deposit_tracer().trace({0, kSource}, test::test_seed(), 0, DepositTracer::Extent::whole,
-                               batch);
+        deposit_tracer().trace({0, kSource}, test::test_seed(), 0, batch);
         return batch;
     }
     ArrivalBatch arrivals() const {
@@ -154,7 +153,7 @@ TEST_CASE("The deposits of a ray are those of its reflections, in the open as in
     const DepositTracer tracer(rays, grid, bins, none, settings);
     REQUIRE(tracer.batch_count() == 1);
     DepositBatch batch;
-    tracer.trace({0, kSource}, test::test_seed(), 0, DepositTracer::Extent::whole, batch);
+    tracer.trace({0, kSource}, test::test_seed(), 0, batch);
 
     // Ray and time bin of all reflections, from the points of the paths.
     std::multiset<std::pair<std::size_t, std::size_t>> expected;

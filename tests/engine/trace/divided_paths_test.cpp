@@ -51,7 +51,7 @@ struct ColouredBox {
     DepositBatch deposits(int batch) const {
         const DepositTracer tracer(rays, grid, bins, none, settings);
         DepositBatch out;
-        tracer.trace({0, kSource}, test::test_seed(), batch, DepositTracer::Extent::whole, out);
+        tracer.trace({0, kSource}, test::test_seed(), batch, out);
         return out;
     }
 
