@@ -13,7 +13,8 @@ inline constexpr float kRounding = 4e-7F;
 /// the spacing of single precision is 2^-23 of a place or less.
 inline constexpr double kNoHeight = 1e-7;
 
-/// A point as near to a plane lies in it. Above the rounding of places up to 128 m from the origin.
+/// A point within this distance of a plane lies in it. Above the rounding of places up to 128 m
+/// from the origin.
 inline constexpr double kInPlane_m = 1e-5;
 
 /// Offset of every point that represents a position on a surface, on its side: ray origins, and
@@ -25,13 +26,13 @@ inline constexpr float kOffset_m = 1e-4F;
 /// Overlapping coplanar faces are this flat: a point on one of them is in front of the others.
 inline constexpr float kFlat_m = kOffset_m / 8;
 
-/// A point as near to a surface was placed on it: rounding to whole millimetres moves a point by as
-/// much along each axis.
+/// A point within this distance of a surface was placed on it: rounding to whole millimetres moves
+/// a point by up to this distance along each axis.
 inline constexpr double kOnSurface_m = 5e-4;
 
-/// Places as near to each other are one: corners, lines and planes of a mesh, hits of a ray, and a
-/// path and the edge that it touches. Rounding to whole millimetres moves a corner by up to 0.87
-/// mm.
+/// Places within this distance of each other are one: corners, lines and planes of a mesh, hits of
+/// a ray, and a path and the edge that it touches. Rounding to whole millimetres moves a corner by
+/// up to 0.87 mm.
 inline constexpr double kSame_m = 1e-3;
 
 /// Places that are each known within kSame_m are apart from here on. Corners that are rounded to
@@ -39,12 +40,12 @@ inline constexpr double kSame_m = 1e-3;
 inline constexpr double kApart_m = 2e-3;
 
 /// Faces whose normals differ by less are parts of one plane, if their corners are within kSame_m
-/// of it. A choice: rounding to millimetres turns a face of 0.5 m by as much.
+/// of it. A choice: rounding to millimetres turns a face of 0.5 m by this angle.
 inline constexpr double kCoplanar_rad = 0.1 * std::numbers::pi / 180;
 
-/// Faces about an edge that are as close together are one, and a surface that bends by less at an
-/// edge is flat. The diffracted field of so flat a wedge, in proportion to sin(pi^2 / open angle),
-/// is 35 dB below that of a half plane.
+/// Faces about an edge within this angle of each other are one, and a surface that bends by less at
+/// an edge is flat. The diffracted field of a wedge that bends by this angle, in proportion to
+/// sin(pi^2 / open angle), is 35 dB below that of a half plane.
 inline constexpr double kOnFace_rad = std::numbers::pi / 180;
 
 static_assert(kInPlane_m > 64.0 / (1 << 23), "rounding moves points off their planes");

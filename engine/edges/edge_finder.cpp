@@ -40,7 +40,7 @@ constexpr std::size_t kFew = 2000;
 /// Bends of curved surfaces: an octagonal column, whose bends are 45 degrees, is one.
 constexpr double kCurvedBend_rad = 46 * std::numbers::pi / 180;
 
-/// Width of their faces. A choice: larger ones are walls, at whose edges one hears single bends.
+/// Width of their faces. A choice: larger ones are walls, whose edges are single bends.
 constexpr double kCurvedFace_m = 1;
 
 struct Face {

@@ -251,7 +251,7 @@ void RayScene::update_transmissions() {
 /// Finds the faces that an opaque one may back. All may be backed if an opaque object moves, or if
 /// there are too many pairs to compare.
 void RayScene::update_backing() {
-    constexpr double kMostPairs = 2e6;  // a choice: some 10 ms
+    constexpr double kMostPairs = 2e6;  // a choice: bounds the time at loading
     may_be_backed_.assign(triangles_.size(), 0);
     if (!transmits_) return;
     std::vector<std::uint32_t> transmitting;
