@@ -40,7 +40,7 @@ endmacro()
 macro(aula_find_c_dependencies)
 endmacro()
 
-macro(aula_find_session_dependencies)
+macro(aula_find_room_dependencies)
 endmacro()
 
 macro(aula_find_devices_dependencies)

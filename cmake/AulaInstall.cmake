@@ -1,6 +1,6 @@
 include(CMakePackageConfigHelpers)
 set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/aula")
-foreach(component exception c engine audio session devices)
+foreach(component exception c engine audio room devices)
     install(EXPORT aula-${component} NAMESPACE aula:: FILE aula-${component}.cmake
             DESTINATION "${package_dir}")
 endforeach()

@@ -8,9 +8,9 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/terminal/interrupt.h"
-#include "apps/session/base/output_file.h"
-#include "apps/session/offline/analysis_text.h"
-#include "apps/session/offline/measured_values.h"
+#include "apps/output/output_file.h"
+#include "apps/room/offline/analysis_text.h"
+#include "apps/room/offline/measured_values.h"
 #include "aula/exception.h"
 
 namespace aula {

@@ -12,10 +12,10 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/room_positions.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/frames/ray_budget.h"
-#include "apps/session/frames/signals.h"
+#include "apps/output/formatted.h"
+#include "apps/output/printable.h"
+#include "apps/room/frames/ray_budget.h"
+#include "apps/room/frames/signals.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
@@ -86,7 +86,7 @@ double reverberation_decrease(const RoomGeometry& room, double escape, const Med
 /// Reads the signals of all sources. Throws SceneErrors: one message for each that fails.
 void check_signals(const Scene& scene, Findings& findings) {
     const Arguments& arguments = findings.arguments();
-    SharedSignals files(scene, arguments.session.sample_rate_hz);
+    SharedSignals files(scene, arguments.playback.sample_rate_hz);
     SignalSet signals;
     std::vector<std::string> errors;
     for (std::size_t s = 0; s < scene.sources.size(); ++s) {

@@ -5,7 +5,7 @@
 #include "apps/aula/outputs.h"
 #include "apps/aula/room_positions.h"
 #include "apps/aula/terminal/interrupt.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 

@@ -10,8 +10,8 @@
 #include "apps/dataset/shards/shard.h"
 #include "apps/dataset/shards/slurm.h"
 #include "apps/dataset/shards/status.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/formatted.h"
+#include "apps/output/printable.h"
 #include "aula/exception.h"
 
 namespace aula {

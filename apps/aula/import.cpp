@@ -4,10 +4,10 @@
 #include <system_error>
 
 #include "apps/aula/commands.h"
-#include "apps/session/base/json_text.h"
-#include "apps/session/base/output_file.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/edit/scene_writer.h"
+#include "apps/output/json_text.h"
+#include "apps/output/output_file.h"
+#include "apps/output/printable.h"
+#include "apps/room/edit/scene_writer.h"
 #include "aula/exception.h"
 #include "engine/mesh/mesh_import.h"
 #include "engine/model/model_scene.h"

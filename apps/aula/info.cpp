@@ -5,9 +5,9 @@
 
 #include "apps/aula/commands.h"
 #include "apps/aula/room_positions.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/waves/wave_join.h"
+#include "apps/output/formatted.h"
+#include "apps/output/printable.h"
+#include "apps/room/waves/wave_join.h"
 #include "aula/engine/propagation.h"
 #include "engine/estimate/patch_propagation.h"
 #include "engine/patches/patch_grid.h"

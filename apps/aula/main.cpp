@@ -11,7 +11,7 @@
 #include "apps/aula/terminal/interrupt.h"
 #include "apps/aula/terminal/standard_output.h"
 #include "apps/aula/terminal/terminal.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"

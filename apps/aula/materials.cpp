@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/aula/commands.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 #include "aula/engine/material_library.h"
 #include "aula/exception.h"
 #include "engine/input/names.h"

@@ -77,7 +77,7 @@ std::vector<fs::path> inputs_of(const Arguments& arguments, const Scene& scene) 
         if (!source.directivity_file.empty()) files.push_back(source.directivity_file);
     }
     files.insert(files.end(), arguments.measured.begin(), arguments.measured.end());
-    for (const fs::path& file : {arguments.session.hrtf, arguments.session.headphones})
+    for (const fs::path& file : {arguments.playback.hrtf, arguments.playback.headphones})
         if (!file.empty()) files.push_back(file);
     return files;
 }

@@ -12,13 +12,13 @@
 #include "apps/aula/terminal/key_input.h"
 #include "apps/aula/terminal/terminal.h"
 #include "apps/aula/walker.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/edit/scene_edits.h"
-#include "apps/session/live/play_summary.h"
-#include "apps/session/live/player.h"
-#include "apps/session/live/reduction_reporter.h"
-#include "apps/session/remote/osc_remote.h"
+#include "apps/output/formatted.h"
+#include "apps/output/printable.h"
+#include "apps/room/edit/scene_edits.h"
+#include "apps/room/live/play_summary.h"
+#include "apps/room/live/player.h"
+#include "apps/room/live/reduction_reporter.h"
+#include "apps/room/remote/osc_remote.h"
 #include "aula/devices/device.h"
 #include "aula/exception.h"
 #ifdef AULA_HAS_WINDOW
@@ -138,12 +138,12 @@ constexpr const char* kKeysText =
 
 /// Replaces materials as requested by OSC messages.
 void replace_materials(OscRemote& remote, Scene& scene, Player& player,
-                       const SessionOptions& session) {
+                       const PlaybackOptions& playback) {
     for (const auto& [from, to] : remote.take_materials()) {
         auto edited = with_material_replaced(scene, from, to);
         if (!edited) continue;
         scene = std::move(*edited);
-        player.change(scene, session);
+        player.change(scene, playback);
     }
 }
 
@@ -155,11 +155,11 @@ int play_in_terminal(const Arguments& arguments) {
     LoadedScene loaded = read_scene_file(arguments.scene, arguments);
     Scene& scene = loaded.scene;
     change_scene(scene, arguments);
-    SessionOptions session = arguments.session;
-    session.rays_fall = !arguments.rays_given;
+    PlaybackOptions playback = arguments.playback;
+    playback.rays_fall = !arguments.rays_given;
     // What is moved from outside does not end with the path of the scene.
-    if (arguments.osc && !session.duration_s) session.duration_s = SessionOptions::kUnlimited_s;
-    Player player(scene, session);
+    if (arguments.osc && !playback.duration_s) playback.duration_s = PlaybackOptions::kUnlimited_s;
+    Player player(scene, playback);
     warn(player.warnings(), arguments.quiet);
     std::optional<OscRemote> remote;
     if (arguments.osc) {
@@ -205,7 +205,7 @@ int play_in_terminal(const Arguments& arguments) {
                     }
                 }
                 line.show(status_text(status));
-                if (remote) replace_materials(*remote, scene, player, session);
+                if (remote) replace_materials(*remote, scene, player, playback);
             }
         }
         status = player.status();
@@ -239,7 +239,7 @@ namespace {
 int play_in_window(const Arguments& arguments, const std::vector<std::filesystem::path>& scenes) {
     WindowOptions options;
     options.scene_file = arguments.scene;
-    options.session = arguments.session;
+    options.playback = arguments.playback;
     options.rays_given = arguments.rays_given;
     options.load = [&](const std::filesystem::path& file) {
         return read_scene_file(file, arguments);

@@ -1,5 +1,5 @@
 #include "apps/aula/commands.h"
-#include "apps/session/remote/osc.h"
+#include "apps/room/remote/osc.h"
 #include "aula/exception.h"
 
 namespace aula {

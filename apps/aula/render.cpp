@@ -6,11 +6,11 @@
 #include "apps/aula/terminal/progress_bar.h"
 #include "apps/aula/terminal/standard_output.h"
 #include "apps/aula/terminal/terminal.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/output_file.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/offline/measurement_text.h"
-#include "apps/session/offline/offline.h"
+#include "apps/output/formatted.h"
+#include "apps/output/output_file.h"
+#include "apps/output/printable.h"
+#include "apps/room/offline/measurement_text.h"
+#include "apps/room/offline/offline.h"
 #include "aula/audio/sound_file.h"
 #include "aula/measurement.h"
 
@@ -36,12 +36,12 @@ void print(const std::string& text) {
 class MeasurementFiles {
  public:
     MeasurementFiles(const Arguments& arguments, const Scene& scene) : arguments_(arguments) {
-        const SessionOptions& session = arguments.session;
+        const PlaybackOptions& playback = arguments.playback;
         if (arguments.ir)
             for (std::size_t s = 0; s < scene.sources.size(); ++s)
                 responses_.push_back(std::make_unique<WavWriter>(
-                    response_file(*arguments.ir, scene, s), session.sample_rate_hz,
-                    channel_count(session.output), SampleFormat::float32));
+                    response_file(*arguments.ir, scene, s), playback.sample_rate_hz,
+                    channel_count(playback.output), SampleFormat::float32));
         if (arguments.echogram) echogram_.emplace(*arguments.echogram);
         if (arguments.report_json) report_.emplace(*arguments.report_json);
     }
@@ -51,7 +51,7 @@ class MeasurementFiles {
                const std::shared_ptr<const HeadphoneFilter>& headphones) {
         if (arguments_.ir) {
             const ImpulseResponses impulse_responses(
-                measurement, response_options(arguments_.session), hrtf, headphones);
+                measurement, response_options(arguments_.playback), hrtf, headphones);
             for (std::size_t s = 0; s < responses_.size(); ++s)
                 write_planar(*responses_[s], impulse_responses.response(s));
         }
@@ -80,7 +80,7 @@ int render(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     ProgressBar bar("rendering", arguments.quiet);
     const auto warnings =
-        render_offline(scene, arguments.session, arguments.offline, std::ref(bar));
+        render_offline(scene, arguments.playback, arguments.offline, std::ref(bar));
     if (!warnings) return interrupted_status();
     warn(*warnings, arguments.quiet);
     return 0;
@@ -90,8 +90,8 @@ int measure(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     MeasurementFiles files(arguments, scene);
     const auto hrtf =
-        arguments.ir ? hrtf_for(arguments.session, arguments.session.sample_rate_hz) : nullptr;
-    const auto headphones = headphones_for(arguments.session, arguments.session.sample_rate_hz);
+        arguments.ir ? hrtf_for(arguments.playback, arguments.playback.sample_rate_hz) : nullptr;
+    const auto headphones = headphones_for(arguments.playback, arguments.playback.sample_rate_hz);
     ProgressBar bar("measuring", arguments.quiet);
     const auto measurement = measure(
         scene, within_budget({.frames = arguments.frames,

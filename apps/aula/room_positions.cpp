@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
 

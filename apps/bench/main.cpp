@@ -30,7 +30,7 @@
 #include "apps/bench/rendering/budget.h"
 #include "apps/bench/rendering/heard.h"
 #include "apps/bench/waves/waves.h"
-#include "apps/session/base/output_file.h"
+#include "apps/output/output_file.h"
 #include "audio/file/part_file.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 
 namespace aula {
 

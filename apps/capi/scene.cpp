@@ -5,7 +5,7 @@
 
 #include "apps/capi/handles.h"
 #include "apps/capi/result.h"
-#include "apps/session/auralizer/command_checks.h"
+#include "apps/room/auralizer/command_checks.h"
 #include "aula/engine/scene_file.h"
 #include "process/files.h"
 

@@ -5,8 +5,8 @@
 
 #include "apps/documents/parameter_text.h"
 #include "apps/documents/raster_image.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/formatted.h"
+#include "apps/room/offline/measurement_text.h"
 
 namespace aula {
 

@@ -1,6 +1,6 @@
 #include "apps/documents/parameter_text.h"
 
-#include "apps/session/offline/measurement_text.h"
+#include "apps/room/offline/measurement_text.h"
 
 namespace aula {
 

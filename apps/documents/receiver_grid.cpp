@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "aula/exception.h"
 #include "engine/rays/room_survey.h"
 

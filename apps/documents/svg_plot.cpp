@@ -6,7 +6,7 @@
 #include <glm/common.hpp>
 
 #include "apps/documents/value_scale.h"
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 
 namespace aula {
 

@@ -7,9 +7,9 @@
 #include <span>
 #include <system_error>
 
+#include "apps/output/formatted.h"
 #include "apps/plugin/default_room.h"
 #include "apps/plugin/presets.h"
-#include "apps/session/base/formatted.h"
 
 namespace aula::plugin {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "apps/session/auralizer/command_checks.h"
+#include "apps/room/auralizer/command_checks.h"
 
 namespace aula::plugin {
 

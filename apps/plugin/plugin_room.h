@@ -13,8 +13,8 @@
 
 #include "apps/plugin/control_snapshot.h"
 #include "apps/plugin/controls.h"
-#include "apps/session/frames/ray_load.h"
-#include "apps/session/live/growing_length.h"
+#include "apps/room/frames/ray_load.h"
+#include "apps/room/live/growing_length.h"
 #include "aula/auralizer.h"
 
 namespace aula::plugin {

@@ -4,11 +4,11 @@
 #include <exception>
 #include <utility>
 
+#include "apps/output/formatted.h"
+#include "apps/output/printable.h"
 #include "apps/plugin/group_voice.h"
 #include "apps/plugin/presets.h"
 #include "apps/plugin/shared_room.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/printable.h"
 #include "process/files.h"
 
 namespace aula::plugin {

@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "apps/plugin/plugin_room.h"
-#include "apps/session/frames/frame_clock.h"
-#include "apps/session/frames/ray_load.h"
-#include "apps/session/live/growing_length.h"
-#include "apps/session/waves/frame_waves.h"
+#include "apps/room/frames/frame_clock.h"
+#include "apps/room/frames/ray_load.h"
+#include "apps/room/live/growing_length.h"
+#include "apps/room/waves/frame_waves.h"
 #include "aula/engine/propagation.h"
 
 namespace aula::plugin {

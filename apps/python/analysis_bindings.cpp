@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "apps/output/printable.h"
 #include "apps/python/arrays.h"
 #include "apps/python/scene_bindings.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/offline/analysis_text.h"
+#include "apps/room/offline/analysis_text.h"
 #include "aula/engine/third_octaves.h"
 
 namespace aula {

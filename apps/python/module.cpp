@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "apps/output/printable.h"
 #include "apps/python/scene_bindings.h"
-#include "apps/session/base/printable.h"
 #include "aula/exception.h"
 
 /// The extension module of the package aula, which checks and converts the arguments.

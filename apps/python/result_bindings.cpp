@@ -15,12 +15,12 @@
 #include <utility>
 #include <vector>
 
+#include "apps/output/formatted.h"
+#include "apps/output/printable.h"
 #include "apps/python/arrays.h"
 #include "apps/python/scene_bindings.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/frames/signals.h"
-#include "apps/session/offline/offline.h"
+#include "apps/room/frames/signals.h"
+#include "apps/room/offline/offline.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/exception.h"
@@ -364,7 +364,7 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
             signals.push_back(files.read(s));
         }
     }
-    SessionOptions options;
+    PlaybackOptions options;
     options.sample_rate_hz = sample_rate_hz;
     options.output = output_of(output);
     options.hrtf = hrtf;

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "apps/output/printable.h"
 #include "apps/python/arrays.h"
-#include "apps/session/auralizer/command_checks.h"
-#include "apps/session/base/printable.h"
-#include "apps/session/edit/scene_state.h"
+#include "apps/room/auralizer/command_checks.h"
+#include "apps/room/edit/scene_state.h"
 #include "aula/engine/material_library.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"

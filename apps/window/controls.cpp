@@ -5,8 +5,8 @@
 
 #include "apps/documents/parameter_map.h"
 #include "apps/drawing/plan_drawing.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/formatted.h"
+#include "apps/room/offline/measurement_text.h"
 #include "apps/window/gl/colours.h"
 #include "apps/window/panels.h"
 #include "apps/window/rows.h"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <string>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "apps/window/panels.h"
 #include "apps/window/rows.h"
 

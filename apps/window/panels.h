@@ -30,7 +30,7 @@ struct WavePanel {
     float hz = 63;
 };
 
-/// Display options. Most of them are kept between sessions.
+/// Display options. Most of them are kept from one run to the next.
 struct Choices {
     RoomStyle style;
     bool rays = true;

@@ -6,8 +6,8 @@
 
 #include "apps/documents/parameter_text.h"
 #include "apps/drawing/plan_drawing.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/formatted.h"
+#include "apps/room/offline/measurement_text.h"
 #include "apps/window/gl/colours.h"
 #include "apps/window/picture.h"
 #include "apps/window/view/direct_lines.h"

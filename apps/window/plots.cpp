@@ -8,7 +8,7 @@
 
 #include "apps/documents/parameter_text.h"
 #include "apps/drawing/plan_drawing.h"
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "apps/window/gl/colours.h"
 #include "apps/window/panels.h"
 #include "apps/window/rows.h"

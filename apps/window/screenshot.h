@@ -1,6 +1,6 @@
 #pragma once
 
-#include "apps/session/base/output_file.h"
+#include "apps/output/output_file.h"
 
 namespace aula {
 

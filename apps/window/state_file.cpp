@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-#include "apps/session/base/output_file.h"
+#include "apps/output/output_file.h"
 #include "apps/window/native_window.h"
 
 namespace aula {
@@ -78,7 +78,7 @@ void write_state(const WindowState& state, const std::filesystem::path& file) {
         out.write(text);
         out.commit();
     } catch (const Exception&) {
-        // The next session uses the previous state.
+        // The next run uses the previous state.
     }
 }
 

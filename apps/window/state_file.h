@@ -7,7 +7,7 @@
 
 namespace aula {
 
-/// The window's state that is kept between sessions.
+/// The window's state that is kept from one run to the next.
 struct WindowState {
     int width = 0;  ///< 0: as large as the display
     int height = 0;

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/session/live/player.h"
-#include "apps/session/offline/offline.h"
+#include "apps/room/live/player.h"
+#include "apps/room/offline/offline.h"
 #include "aula/audio/sound_file.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"

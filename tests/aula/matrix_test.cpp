@@ -19,9 +19,9 @@
 #include <vector>
 
 #include "apps/aula/arguments/arguments.h"
-#include "apps/session/live/player.h"
-#include "apps/session/offline/measurement_text.h"
-#include "apps/session/offline/offline.h"
+#include "apps/room/live/player.h"
+#include "apps/room/offline/measurement_text.h"
+#include "apps/room/offline/offline.h"
 #include "aula/engine/scene_file.h"
 #include "aula/measurement.h"
 #include "tests/aula/matrix_case.h"
@@ -73,7 +73,7 @@ void check_sound(const std::filesystem::path& file, const MatrixCase& test, doub
 }
 
 void render(const Arguments& arguments, const Scene& scene, const MatrixCase& test) {
-    require(render_offline(scene, arguments.session, arguments.offline).has_value(),
+    require(render_offline(scene, arguments.playback, arguments.offline).has_value(),
             "rendering was stopped");
     check_sound(arguments.offline, test, test.duration_s,
                 test.duration_given ? test.duration_s : test.longest_s);
@@ -82,7 +82,7 @@ void render(const Arguments& arguments, const Scene& scene, const MatrixCase& te
     Scene other = scene;
     other.simulation.threads = scene.simulation.threads == 1 ? 3 : 1;
     const std::string first = read_file(arguments.offline);
-    require(render_offline(other, arguments.session, arguments.offline).has_value(),
+    require(render_offline(other, arguments.playback, arguments.offline).has_value(),
             "rendering was stopped");
     require(read_file(arguments.offline) == first, "other bytes with another number of threads");
 }
@@ -104,8 +104,8 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
     require(std::isfinite(energy) && energy >= 0, "the energy is not finite");
     require(energy > 0 || !test.must_be_heard, "no energy");
     if (arguments.ir) {
-        const auto hrtf = hrtf_for(arguments.session, arguments.session.sample_rate_hz);
-        const ImpulseResponses responses(*measurement, response_options(arguments.session), hrtf);
+        const auto hrtf = hrtf_for(arguments.playback, arguments.playback.sample_rate_hz);
+        const ImpulseResponses responses(*measurement, response_options(arguments.playback), hrtf);
         for (std::size_t s = 0; s < scene.sources.size(); ++s) {
             const auto channels = responses.response(s);
             require(static_cast<int>(channels.size()) == test.channels, "channels of the response");
@@ -139,7 +139,7 @@ void play(const Arguments& arguments, const Scene& scene, const MatrixCase& test
           std::uint64_t seed, const std::filesystem::path& folder) {
     const auto file = folder / "heard.wav";
     {
-        Player player(scene, arguments.session);
+        Player player(scene, arguments.playback);
         player.record(file);
         ViewRequest request;
         request.columns = 50;
@@ -158,7 +158,7 @@ void play(const Arguments& arguments, const Scene& scene, const MatrixCase& test
             if (!changed) {
                 Scene other = scene;
                 other.simulation.estimator = seed % 2 == 0 ? Estimator::patch : Estimator::dpc;
-                player.change(other, arguments.session);
+                player.change(other, arguments.playback);
                 changed = true;
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -1,5 +1,5 @@
 #include "apps/aula/terminal/terminal.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 
 #include <poll.h>
 #include <pty.h>

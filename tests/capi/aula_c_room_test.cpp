@@ -5,7 +5,7 @@
 
 #include "aula.h"
 #include "tests/capi/box_room.h"
-#include "tests/session/auralizer/auralizer_rendering.h"
+#include "tests/room/auralizer/auralizer_rendering.h"
 
 using namespace aula;
 using namespace aula::test;

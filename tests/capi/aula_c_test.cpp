@@ -11,7 +11,7 @@
 #include "aula.h"
 #include "aula/exception.h"
 #include "tests/capi/box_room.h"
-#include "tests/session/auralizer/auralizer_rendering.h"
+#include "tests/room/auralizer/auralizer_rendering.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wait.h"
 

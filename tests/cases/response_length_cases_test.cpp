@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/offline/offline.h"
+#include "apps/room/offline/offline.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/engine/scene_file.h"
@@ -41,7 +41,7 @@ double end_level_db(const std::vector<float>& samples) {
 
 /// The sound of offline rendering, mono.
 std::vector<float> rendered(const Scene& scene) {
-    SessionOptions options;
+    PlaybackOptions options;
     options.output = OutputFormat::mono;
     OfflineRendering rendering(scene, read_signals(scene, options.sample_rate_hz), options);
     std::vector<float> samples;

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "apps/session/base/folder_lock.h"
+#include "apps/output/folder_lock.h"
 #include "tests/dataset/small_dataset.h"
 
 namespace {

@@ -1,9 +1,9 @@
 #include <cmath>
 #include <span>
 
-#include "apps/session/remote/adm_osc.h"
-#include "apps/session/remote/head_tracker.h"
-#include "apps/session/remote/osc.h"
+#include "apps/room/remote/adm_osc.h"
+#include "apps/room/remote/head_tracker.h"
+#include "apps/room/remote/osc.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace aula;

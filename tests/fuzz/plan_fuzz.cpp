@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "apps/session/base/json_text.h"
+#include "apps/output/json_text.h"
 #include "aula/exception.h"
 #include "tests/fuzz/dataset_target.h"
 

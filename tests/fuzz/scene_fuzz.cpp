@@ -1,6 +1,6 @@
 #include <string>
 
-#include "apps/session/edit/scene_writer.h"
+#include "apps/room/edit/scene_writer.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/input/json.h"

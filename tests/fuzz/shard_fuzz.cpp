@@ -5,7 +5,7 @@
 
 #include "apps/dataset/base/wav_bytes.h"
 #include "apps/dataset/shards/shard_reader.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 #include "aula/exception.h"
 #include "tests/fuzz/dataset_target.h"
 

@@ -46,13 +46,14 @@ std::set<std::string> glossary_entries() {
 }  // namespace
 
 TEST_CASE(
-    "every type of the headers of engine, audio, dataset, documents, session and window is in the "
+    "every type of the headers of engine, audio, dataset, documents, output, room and window is in "
+    "the "
     "glossary") {
     const std::set<std::string> entries = glossary_entries();
     const std::regex declaration("^(?:class|struct) ([A-Z]\\w+)(?: final)?(?: :.*)? \\{");
     std::set<std::string> types;
-    for (const std::string_view root :
-         {"engine", "audio", "apps/dataset", "apps/documents", "apps/session", "apps/window"}) {
+    for (const std::string_view root : {"engine", "audio", "apps/dataset", "apps/documents",
+                                        "apps/output", "apps/room", "apps/window"}) {
         for (const auto& entry :
              fs::recursive_directory_iterator(fs::path(AULA_SOURCE_DIR) / root)) {
             if (entry.path().extension() != ".h") continue;

@@ -3,9 +3,9 @@
 #include <functional>
 #include <vector>
 
-#include "apps/session/frames/play_controls.h"
-#include "apps/session/live/live_mixer.h"
-#include "apps/session/live/prepared_scene.h"
+#include "apps/room/frames/play_controls.h"
+#include "apps/room/live/live_mixer.h"
+#include "apps/room/live/prepared_scene.h"
 
 namespace aula::test {
 

@@ -82,8 +82,8 @@ class Gui {
 WindowOptions options_of(const TemporaryFolder& folder) {
     WindowOptions options;
     options.scene_file = folder.write("room", "");
-    options.session.device = AudioDevice::kNone;
-    options.session.output = OutputFormat::mono;
+    options.playback.device = AudioDevice::kNone;
+    options.playback.output = OutputFormat::mono;
     options.load = [](const std::filesystem::path&) {
         LoadedScene loaded;
         loaded.scene = small_room();

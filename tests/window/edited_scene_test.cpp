@@ -4,7 +4,7 @@
 #include <chrono>
 #include <fstream>
 
-#include "apps/session/edit/scene_edits.h"
+#include "apps/room/edit/scene_edits.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/test_scenes.h"
 

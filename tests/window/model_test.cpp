@@ -10,7 +10,7 @@
 #include <fstream>
 #include <string_view>
 
-#include "apps/session/edit/scene_edits.h"
+#include "apps/room/edit/scene_edits.h"
 #include "apps/window/view/curves.h"
 #include "aula/exception.h"
 #include "tests/support/program.h"
@@ -53,8 +53,8 @@ class Room {
             std::ofstream(folder_.path() / name) << name;
         WindowOptions options;
         options.scene_file = folder_.path() / "room";
-        options.session.device = AudioDevice::kNone;
-        options.session.output = OutputFormat::mono;
+        options.playback.device = AudioDevice::kNone;
+        options.playback.output = OutputFormat::mono;
         options.load = load;
         if (osc) options.osc = {.address = *osc};
         model_ = std::make_unique<Model>(options);
@@ -288,11 +288,11 @@ TEST_CASE("Views are shown while the player keeps adapting the response to the m
     // requested.
     Scene scene = model.scene();
     scene.simulation.rays = 40'000;
-    SessionOptions session;
-    session.output = OutputFormat::mono;
-    session.device = AudioDevice::kNone;
+    PlaybackOptions playback;
+    playback.output = OutputFormat::mono;
+    playback.device = AudioDevice::kNone;
     const auto adapt = [&] {
-        if (!model.player().status().preparing) model.player().change(scene, session);
+        if (!model.player().status().preparing) model.player().change(scene, playback);
     };
     adapt();
     CHECK(room.shows([&] {

@@ -7,8 +7,8 @@
 #include <iterator>
 #include <string>
 
-#include "apps/session/base/json_text.h"
-#include "apps/session/edit/scene_writer.h"
+#include "apps/output/json_text.h"
+#include "apps/room/edit/scene_writer.h"
 #include "aula/audio/sound_file.h"
 #include "aula/engine/scene_file.h"
 #include "engine/model/model_scene.h"
@@ -168,11 +168,11 @@ TEST_CASE("The response of a view is written as a sound file with the report of 
         view.response.energy.push_back(Bands::filled(static_cast<float>(std::exp(-30 * time_s))));
         view.response.directions.emplace_back();
     }
-    SessionOptions session;
-    session.output = OutputFormat::mono;
-    CHECK(save_response(scene, view, session, "room") ==
+    PlaybackOptions playback;
+    playback.output = OutputFormat::mono;
+    CHECK(save_response(scene, view, playback, "room") ==
           "room-ir.wav and room-report.json written");
-    const SoundClip clip = read_sound("room-ir.wav", session.sample_rate_hz);
-    CHECK(static_cast<double>(clip.samples.size()) > 0.3 * session.sample_rate_hz);
+    const SoundClip clip = read_sound("room-ir.wav", playback.sample_rate_hz);
+    CHECK(static_cast<double>(clip.samples.size()) > 0.3 * playback.sample_rate_hz);
     CHECK(text_of("room-report.json").find("second") != std::string::npos);
 }

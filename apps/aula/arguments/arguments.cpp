@@ -5,7 +5,7 @@
 
 #include "apps/aula/arguments/argument_values.h"
 #include "apps/aula/arguments/position_changes.h"
-#include "apps/session/remote/osc.h"
+#include "apps/room/remote/osc.h"
 #include "aula/exception.h"
 #include "process/files.h"
 
@@ -228,39 +228,39 @@ class Options {
     }
 
     void add_sound() {
-        SessionOptions& session = arguments_.session;
+        PlaybackOptions& playback = arguments_.playback;
         std::vector<std::pair<std::string, OutputFormat>> outputs;
         for (const auto& [name, format] : kOutputFormats) outputs.emplace_back(name, format);
-        choice<OutputFormat>("--output", outputs, [&](OutputFormat o) { session.output = o; });
+        choice<OutputFormat>("--output", outputs, [&](OutputFormat o) { playback.output = o; });
         integer<int>("--ambisonic-order", 1, kHighestAmbisonicOrder,
-                     [&](int order) { session.ambisonic_order = order; });
-        app_.add_flag("--half-precision-tail", session.half_precision_tail);
+                     [&](int order) { playback.ambisonic_order = order; });
+        app_.add_flag("--half-precision-tail", playback.half_precision_tail);
         text("--hrtf", [&](const std::string& file) {
             if (file.empty()) refuse_value("--hrtf", file, "a SOFA file");
-            session.hrtf = utf8_path(file);
+            playback.hrtf = utf8_path(file);
         });
         text("--headphones", [&](const std::string& file) {
             if (file.empty()) refuse_value("--headphones", file, "a sound file");
-            session.headphones = utf8_path(file);
+            playback.headphones = utf8_path(file);
         });
         choice<SampleFormat>("--format",
                              {{"float", SampleFormat::float32},
                               {"pcm24", SampleFormat::pcm24},
                               {"pcm16", SampleFormat::pcm16}},
-                             [&](SampleFormat f) { session.format = f; });
-        app_.add_flag("--no-dither{false}", session.dither);
-        integer<int>("--sample-rate", 8000, 192'000, [&](int hz) { session.sample_rate_hz = hz; });
+                             [&](SampleFormat f) { playback.format = f; });
+        app_.add_flag("--no-dither{false}", playback.dither);
+        integer<int>("--sample-rate", 8000, 192'000, [&](int hz) { playback.sample_rate_hz = hz; });
         text("--block", [&](const std::string& value) {
             constexpr int kMin = 16;
             constexpr int kMax = 8192;
             const std::string expected = "a power of two from 16 to 8192";
-            session.block = read_number("--block", value, kMin, kMax, expected);
-            if ((session.block & (session.block - 1)) != 0)
+            playback.block = read_number("--block", value, kMin, kMax, expected);
+            if ((playback.block & (playback.block - 1)) != 0)
                 refuse_value("--block", value, expected);
         });
         real("--duration", 1e6, "seconds above 0, at most 1e6",
-             [&](double s) { session.duration_s = s; });
-        text("--device", [&](const std::string& name) { session.device = name; });
+             [&](double s) { playback.duration_s = s; });
+        text("--device", [&](const std::string& name) { playback.device = name; });
     }
 
     void add_window() {
@@ -335,9 +335,9 @@ class Options {
             throw InputError(
                 "--offline cannot be combined with --ir, --echogram or --report; expected one or "
                 "the other");
-        if (arguments_.ir && arguments_.session.format != SampleFormat::float32)
+        if (arguments_.ir && arguments_.playback.format != SampleFormat::float32)
             throw InputError("--format: --ir writes float; expected no --format or float");
-        if (!arguments_.session.dither && arguments_.session.format == SampleFormat::float32)
+        if (!arguments_.playback.dither && arguments_.playback.format == SampleFormat::float32)
             throw InputError(
                 "--no-dither: float is not dithered; expected --format pcm24 or pcm16");
         if (offline_) arguments_.offline = *offline_;
@@ -345,8 +345,8 @@ class Options {
     }
 
     void check_headphones() const {
-        if (arguments_.session.headphones.empty()) return;
-        if (arguments_.session.output != OutputFormat::binaural)
+        if (arguments_.playback.headphones.empty()) return;
+        if (arguments_.playback.output != OutputFormat::binaural)
             throw InputError("--headphones: is for binaural output; expected no --output");
         if (!arguments_.ir && (arguments_.echogram || report_))
             throw InputError(

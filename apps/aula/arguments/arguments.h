@@ -9,8 +9,8 @@
 #include "apps/aula/arguments/dataset_arguments.h"
 #include "apps/documents/document_measurement.h"
 #include "apps/documents/report/room_report.h"
-#include "apps/session/base/session_options.h"
-#include "apps/session/remote/osc_options.h"
+#include "apps/room/base/playback_options.h"
+#include "apps/room/remote/osc_options.h"
 #include "aula/engine/scene.h"
 #include "aula/measurement.h"
 #include "engine/model/model_scene.h"
@@ -73,7 +73,7 @@ struct Arguments {
     /// Of --speech-level and --noise-level; a scene takes them by `scene_changes`.
     std::optional<Bands> speech_db{};
     std::optional<Bands> noise_db{};
-    SessionOptions session;
+    PlaybackOptions playback;
     bool rays_given = false;
     bool quiet = false;
     bool strict = false;  ///< of Command::check: each warning changes the exit status

@@ -5,7 +5,7 @@
 
 #include "apps/bench/base/statistics.h"
 #include "apps/bench/propagation/source_positions.h"
-#include "apps/session/offline/static_propagation.h"
+#include "apps/room/offline/static_propagation.h"
 #include "aula/engine/propagation.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "apps/bench/propagation/source_positions.h"
-#include "apps/session/frames/ray_budget.h"
-#include "apps/session/frames/signals.h"
-#include "apps/session/offline/offline.h"
+#include "apps/room/frames/ray_budget.h"
+#include "apps/room/frames/signals.h"
+#include "apps/room/offline/offline.h"
 #include "aula/engine/propagation.h"
 
 namespace aula::bench {
@@ -44,7 +44,7 @@ double counted_over_measured(const Scene& scene, int rays) {
 
 /// Renders the scene's sound in its quality. `movement`: of its sources.
 Row rendered(const Subject& subject, const Scene& scene, const char* movement) {
-    SessionOptions options;
+    PlaybackOptions options;
     options.duration_s = kSound_s;
     const double begin_s = cpu_time_s();
     OfflineRendering rendering(scene, read_signals(scene, options.sample_rate_hz), options);

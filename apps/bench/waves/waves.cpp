@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "apps/bench/propagation/source_positions.h"
-#include "apps/session/waves/frame_waves.h"
-#include "apps/session/waves/wave_join.h"
-#include "apps/session/waves/wave_synthesis.h"
+#include "apps/room/waves/frame_waves.h"
+#include "apps/room/waves/wave_join.h"
+#include "apps/room/waves/wave_synthesis.h"
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
 #include "aula/measurement.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <charconv>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "aula/exception.h"
 
 namespace aula {

@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "aula/exception.h"
 
 namespace aula {

@@ -12,10 +12,10 @@
 #include "apps/dataset/merge/merged_folder.h"
 #include "apps/dataset/merge/sofa_target.h"
 #include "apps/dataset/shards/status.h"
-#include "apps/session/base/csv_text.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/json_text.h"
-#include "apps/session/base/output_file.h"
+#include "apps/output/csv_text.h"
+#include "apps/output/formatted.h"
+#include "apps/output/json_text.h"
+#include "apps/output/output_file.h"
 #include "aula/exception.h"
 
 namespace aula {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "apps/session/base/output_folder.h"
+#include "apps/output/output_folder.h"
 
 namespace aula {
 

@@ -7,7 +7,7 @@
 
 #include "apps/dataset/base/wav_bytes.h"
 #include "apps/dataset/merge/hdf5_file.h"
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "aula/exception.h"
 
 namespace aula {

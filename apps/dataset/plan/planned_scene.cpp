@@ -5,8 +5,8 @@
 
 #include "apps/dataset/base/json_values.h"
 #include "apps/dataset/base/sha256.h"
-#include "apps/session/base/json_text.h"
-#include "apps/session/edit/scene_state.h"
+#include "apps/output/json_text.h"
+#include "apps/room/edit/scene_state.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/input/json_reader.h"

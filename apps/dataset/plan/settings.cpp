@@ -6,7 +6,7 @@
 #include <chrono>
 #include <utility>
 
-#include "apps/session/base/json_text.h"
+#include "apps/output/json_text.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
 #include "engine/input/names.h"

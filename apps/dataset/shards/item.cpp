@@ -7,7 +7,7 @@
 #include "apps/dataset/base/json_values.h"
 #include "apps/dataset/base/wav_bytes.h"
 #include "apps/dataset/shards/item_description.h"
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 #include "aula/exception.h"
 #include "aula/measurement.h"
 

@@ -5,7 +5,7 @@
 
 #include "apps/dataset/base/json_values.h"
 #include "apps/dataset/base/sha256.h"
-#include "apps/session/base/json_text.h"
+#include "apps/output/json_text.h"
 
 namespace aula {
 

@@ -11,7 +11,7 @@
 #include "apps/dataset/base/tar.h"
 #include "apps/dataset/plan/plan_reader.h"
 #include "apps/dataset/shards/item.h"
-#include "apps/session/base/output_file.h"
+#include "apps/output/output_file.h"
 #include "aula/exception.h"
 
 namespace aula {

@@ -1,7 +1,7 @@
 #include "apps/dataset/shards/slurm.h"
 
 #include "apps/dataset/base/sha256.h"
-#include "apps/session/base/output_file.h"
+#include "apps/output/output_file.h"
 
 namespace aula {
 

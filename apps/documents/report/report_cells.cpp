@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/session/base/formatted.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/formatted.h"
+#include "apps/room/offline/measurement_text.h"
 
 namespace aula {
 

@@ -5,9 +5,9 @@
 
 #include "apps/documents/report/report_cells.h"
 #include "apps/documents/report/report_sections.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/edit/scene_state.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/formatted.h"
+#include "apps/room/edit/scene_state.h"
+#include "apps/room/offline/measurement_text.h"
 #include "aula/engine/material_library.h"
 
 namespace aula {

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "apps/documents/svg_plot.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/room/offline/measurement_text.h"
 #include "engine/response/time_zero.h"
 
 namespace aula {

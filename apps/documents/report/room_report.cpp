@@ -14,9 +14,9 @@
 #include "apps/documents/report/report_cells.h"
 #include "apps/documents/report/report_plots.h"
 #include "apps/documents/report/report_sections.h"
-#include "apps/session/base/formatted.h"
-#include "apps/session/base/json_text.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/formatted.h"
+#include "apps/output/json_text.h"
+#include "apps/room/offline/measurement_text.h"
 
 namespace aula {
 

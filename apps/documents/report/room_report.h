@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/drawing/room_section.h"
-#include "apps/session/offline/measured_values.h"
+#include "apps/room/offline/measured_values.h"
 #include "aula/measurement.h"
 #include "engine/rays/room_survey.h"
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "apps/drawing/plan_drawing.h"
+#include "apps/output/formatted.h"
 #include "apps/plugin/editor/window_system.h"
 #include "apps/plugin/presets.h"
-#include "apps/session/base/formatted.h"
 
 namespace aula::plugin {
 

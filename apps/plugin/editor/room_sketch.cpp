@@ -4,7 +4,7 @@
 #include <exception>
 #include <utility>
 
-#include "apps/session/base/printable.h"
+#include "apps/output/printable.h"
 #include "aula/audio/realtime.h"
 #include "aula/measurement.h"
 

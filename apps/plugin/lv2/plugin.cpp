@@ -16,7 +16,7 @@
 #include "apps/plugin/lv2/features.h"
 #include "apps/plugin/lv2/lv2_plugin.h"
 #include "apps/plugin/lv2/ports.h"
-#include "apps/session/auralizer/command_checks.h"
+#include "apps/room/auralizer/command_checks.h"
 
 namespace {
 

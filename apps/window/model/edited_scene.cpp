@@ -4,7 +4,7 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/session/edit/scene_edits.h"
+#include "apps/room/edit/scene_edits.h"
 
 namespace aula {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "apps/session/edit/scene_edits.h"
+#include "apps/room/edit/scene_edits.h"
 
 namespace aula {
 
@@ -10,20 +10,20 @@ namespace {
 
 /// The window plays until it is closed, regardless of the scene's duration.
 WindowOptions without_end(WindowOptions options) {
-    if (!options.session.duration_s) options.session.duration_s = SessionOptions::kUnlimited_s;
+    if (!options.playback.duration_s) options.playback.duration_s = PlaybackOptions::kUnlimited_s;
     return options;
 }
 
 /// The player of a scene. Where no sound device can be opened and none was asked for, it plays in
 /// silence: the room can be seen and edited, and its response is computed.
-std::unique_ptr<Player> opened_player(const Scene& scene, SessionOptions session,
+std::unique_ptr<Player> opened_player(const Scene& scene, PlaybackOptions playback,
                                       const std::function<void(const std::string&)>& warn) {
     try {
-        return std::make_unique<Player>(scene, session);
+        return std::make_unique<Player>(scene, playback);
     } catch (const Failure& failure) {
-        if (!session.device.empty()) throw;
-        session.device = AudioDevice::kNone;
-        auto silent = std::make_unique<Player>(scene, session);
+        if (!playback.device.empty()) throw;
+        playback.device = AudioDevice::kNone;
+        auto silent = std::make_unique<Player>(scene, playback);
         warn(failure.what() + std::string("; playing in silence"));
         return silent;
     }
@@ -34,9 +34,9 @@ std::unique_ptr<Player> opened_player(const Scene& scene, SessionOptions session
 Model::Model(const WindowOptions& options)
     : options_(without_end(options)),
       scene_(open_scene(options_, options_.scene_file)),
-      settings_(scene().simulation, options_.session.ambisonic_order),
+      settings_(scene().simulation, options_.playback.ambisonic_order),
       library_(material_library()),
-      player_(opened_player(scene(), session_options(), options_.warn)),
+      player_(opened_player(scene(), playback_options(), options_.warn)),
       signals_(player_->sample_rate_hz(),
                [this](std::size_t source, std::shared_ptr<const Signal> signal) {
                    player_->play_signal(source, std::move(signal));
@@ -96,11 +96,11 @@ void Model::update(double now_s) {
 }
 
 /// Session options of a scene; the ambisonic order is that of the setting.
-SessionOptions Model::session_options() const {
-    SessionOptions session = options_.session;
-    session.rays_fall = !options_.rays_given;
-    session.ambisonic_order = setting().ambisonic_order;
-    return session;
+PlaybackOptions Model::playback_options() const {
+    PlaybackOptions playback = options_.playback;
+    playback.rays_fall = !options_.rays_given;
+    playback.ambisonic_order = setting().ambisonic_order;
+    return playback;
 }
 
 Model::PlayedSetting Model::wanted_setting() const {
@@ -113,7 +113,7 @@ void Model::apply() {
     requested_ = wanted_setting();
     Scene played = scene();
     played.simulation = setting().simulation;
-    requested_change_ = player_->change(played, session_options());
+    requested_change_ = player_->change(played, playback_options());
 }
 
 /// False, with a message, while another scene is being opened.
@@ -186,7 +186,7 @@ void Model::play_microphone(std::size_t source) {
     if (jobs_.runs(kOpening)) return;
     jobs_.start(kOpening,
                 [play, output = player_->device(), rate_hz = player_->sample_rate_hz(),
-                 block = options_.session.block]() -> BackgroundJobs::LastPart {
+                 block = options_.playback.block]() -> BackgroundJobs::LastPart {
                     auto opened = std::make_shared<Microphone>(output, rate_hz, block);
                     return [play, opened] { play(opened); };
                 });

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "apps/documents/receiver_grid.h"
-#include "apps/session/frames/play_controls.h"
-#include "apps/session/live/player.h"
-#include "apps/session/remote/osc_remote.h"
+#include "apps/room/frames/play_controls.h"
+#include "apps/room/live/player.h"
+#include "apps/room/remote/osc_remote.h"
 #include "apps/window/model/background_jobs.h"
 #include "apps/window/model/edited_scene.h"
 #include "apps/window/model/message_log.h"
@@ -203,7 +203,7 @@ class Model {
 
     void adjust(const std::function<void(PlayControls&)>& change);
     void read_controls();
-    SessionOptions session_options() const;
+    PlaybackOptions playback_options() const;
     PlayedSetting wanted_setting() const;
     void apply();
     bool may_change();

@@ -2,7 +2,7 @@
 #include <exception>
 #include <utility>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "apps/window/model/model.h"
 #include "apps/window/model/saved_files.h"
 #include "engine/mesh/mesh_import.h"
@@ -42,7 +42,7 @@ void Model::open(const std::filesystem::path& file) {
 
 /// Starts another scene; show_opened() shows it once it plays.
 void Model::play_scene(OpenedScene opened) {
-    opened_change_ = player_->change(*opened.scene, session_options(), true);
+    opened_change_ = player_->change(*opened.scene, playback_options(), true);
     opened_ = std::move(opened);
 }
 
@@ -141,13 +141,13 @@ void Model::toggle_recording() {
 void Model::save_response() {
     constexpr const char* kSaving = "saving the response";
     if (!shown_ || jobs_.runs(kSaving)) return;
-    SessionOptions session = options_.session;
-    session.sample_rate_hz = player_->sample_rate_hz();
-    session.ambisonic_order = setting().ambisonic_order;
+    PlaybackOptions playback = options_.playback;
+    playback.sample_rate_hz = player_->sample_rate_hz();
+    playback.ambisonic_order = setting().ambisonic_order;
     jobs_.start(kSaving,
-                [this, session, measured = scene_.shared_scene(), view = shown_,
+                [this, playback, measured = scene_.shared_scene(), view = shown_,
                  stem = scene_file().stem().string()]() -> BackgroundJobs::LastPart {
-                    const std::string saved = aula::save_response(*measured, *view, session, stem);
+                    const std::string saved = aula::save_response(*measured, *view, playback, stem);
                     return [this, saved] { log_.say(saved); };
                 });
 }

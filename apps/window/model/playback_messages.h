@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 
-#include "apps/session/live/monitor.h"
-#include "apps/session/live/player.h"
-#include "apps/session/live/reduction_reporter.h"
+#include "apps/room/live/monitor.h"
+#include "apps/room/live/player.h"
+#include "apps/room/live/reduction_reporter.h"
 #include "apps/window/model/message_log.h"
 
 namespace aula {

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "apps/session/base/output_file.h"
-#include "apps/session/edit/scene_writer.h"
-#include "apps/session/offline/measurement_text.h"
+#include "apps/output/output_file.h"
+#include "apps/room/edit/scene_writer.h"
+#include "apps/room/offline/measurement_text.h"
 #include "apps/window/model/new_file.h"
 #include "apps/window/view/curves.h"
 #include "engine/mesh/mesh_import.h"
@@ -49,8 +49,8 @@ std::string save_played_scene(const EditedScene& edited, const PlayControls& con
     return message;
 }
 
-std::string save_response(const Scene& scene, const FrameView& view, const SessionOptions& session,
-                          const std::string& stem) {
+std::string save_response(const Scene& scene, const FrameView& view,
+                          const PlaybackOptions& playback, const std::string& stem) {
     Measurement measurement;
     measurement.sources = {scene.sources[view.source]};
     measurement.receivers = {view.listener};
@@ -65,15 +65,15 @@ std::string save_response(const Scene& scene, const FrameView& view, const Sessi
     const NewFile response_file(stem + "-ir", ".wav");
     const NewFile report_file(stem + "-report", ".json");
     const ImpulseResponses impulse_responses(measurement,
-                                             {.sample_rate_hz = session.sample_rate_hz,
-                                              .output = session.output,
-                                              .ambisonic_order = session.ambisonic_order,
-                                              .half_precision_tail = session.half_precision_tail,
-                                              .block = session.block},
-                                             hrtf_for(session, session.sample_rate_hz),
-                                             headphones_for(session, session.sample_rate_hz));
+                                             {.sample_rate_hz = playback.sample_rate_hz,
+                                              .output = playback.output,
+                                              .ambisonic_order = playback.ambisonic_order,
+                                              .half_precision_tail = playback.half_precision_tail,
+                                              .block = playback.block},
+                                             hrtf_for(playback, playback.sample_rate_hz),
+                                             headphones_for(playback, playback.sample_rate_hz));
     const auto channels = impulse_responses.response(0);
-    WavWriter writer(response_file.path(), session.sample_rate_hz, channels.size(),
+    WavWriter writer(response_file.path(), playback.sample_rate_hz, channels.size(),
                      SampleFormat::float32);
     std::vector<float> interleaved;
     for (std::size_t i = 0; i < channels[0].size(); ++i)

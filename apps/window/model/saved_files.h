@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "apps/session/base/session_options.h"
-#include "apps/session/frames/frame_view.h"
-#include "apps/session/frames/play_controls.h"
+#include "apps/room/base/playback_options.h"
+#include "apps/room/frames/frame_view.h"
+#include "apps/room/frames/play_controls.h"
 #include "apps/window/model/edited_scene.h"
 
 namespace aula {
@@ -24,7 +24,7 @@ std::string save_played_scene(const EditedScene& edited, const PlayControls& con
 
 /// Saves the impulse response of a view to STEM-ir.wav and its ISO 3382 report to STEM-report.json.
 /// `scene` is that of the view. Reads the HRTF, which takes a second. [any thread]
-std::string save_response(const Scene& scene, const FrameView& view, const SessionOptions& session,
-                          const std::string& stem);
+std::string save_response(const Scene& scene, const FrameView& view,
+                          const PlaybackOptions& playback, const std::string& stem);
 
 }  // namespace aula

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <memory>
 
-#include "apps/session/frames/frame_view.h"
+#include "apps/room/frames/frame_view.h"
 #include "apps/window/view/curves.h"
 #include "aula/engine/scene.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/frames/signals.h"
+#include "apps/room/frames/signals.h"
 #include "apps/window/model/test_signals.h"
 #include "aula/devices/microphone.h"
 #include "aula/engine/scene.h"

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "apps/session/frames/signals.h"
+#include "apps/room/frames/signals.h"
 
 namespace aula {
 

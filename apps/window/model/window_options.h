@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/session/base/session_options.h"
-#include "apps/session/remote/osc_options.h"
+#include "apps/room/base/playback_options.h"
+#include "apps/room/remote/osc_options.h"
 #include "aula/engine/scene_file.h"
 
 namespace aula {
@@ -15,7 +15,7 @@ namespace aula {
 /// The scene that the window plays and the window's initial state.
 struct WindowOptions {
     std::filesystem::path scene_file;
-    SessionOptions session;
+    PlaybackOptions playback;
     std::function<LoadedScene(const std::filesystem::path&)> load;
     std::function<void(Scene&)> change;               ///< applies command-line options
     std::function<void(const std::string&)> warn;     ///< prints a warning in the terminal

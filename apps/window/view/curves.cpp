@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/session/offline/acoustic_parameters.h"
+#include "apps/room/offline/acoustic_parameters.h"
 
 namespace aula {
 

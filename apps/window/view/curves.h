@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "apps/session/frames/frame_view.h"
+#include "apps/room/frames/frame_view.h"
 #include "aula/engine/energy_response.h"
 #include "aula/engine/room_acoustics.h"
 #include "aula/measurement.h"

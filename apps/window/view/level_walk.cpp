@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
-#include "apps/session/base/formatted.h"
+#include "apps/output/formatted.h"
 #include "apps/window/view/curves.h"
 
 namespace aula {

@@ -6,7 +6,7 @@
 #include <deque>
 #include <string>
 
-#include "apps/session/frames/frame_view.h"
+#include "apps/room/frames/frame_view.h"
 
 namespace aula {
 

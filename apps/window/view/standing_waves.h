@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "apps/session/waves/wave_join.h"
+#include "apps/room/waves/wave_join.h"
 #include "apps/window/view/map_cells.h"
 #include "aula/engine/scene.h"
 #include "engine/waves/mode_values.h"

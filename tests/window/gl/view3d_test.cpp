@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "apps/session/edit/scene_edits.h"
+#include "apps/room/edit/scene_edits.h"
 #include "apps/window/native_window.h"
 #include "apps/window/view/camera.h"
 #include "tests/support/test_scenes.h"

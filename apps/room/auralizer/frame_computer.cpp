@@ -1,0 +1,111 @@
+#include "apps/room/auralizer/frame_computer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "apps/room/frames/ray_budget.h"
+
+namespace aula {
+
+FrameComputer::FrameComputer(const Scene& scene, const FrameSettings& settings,
+                             std::shared_ptr<const Hrtf> hrtf)
+    : hrtf_(std::move(hrtf)),
+      maker_(std::in_place, scene, settings, hrtf_),
+      config_(maker_->config()),
+      response_length_s_(maker_->response_length_s()),
+      patch_size_m_(maker_->patch_size_m()) {
+    status_.frame_period_ms = 1000 * config().frame_s;
+    status_.response_length_s = response_length_s();
+}
+
+void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
+    using Clock = std::chrono::steady_clock;
+    for (auto& frame : frames)
+        if (!frame) frame = maker_->make_frame();
+    const auto begin = Clock::now();
+    std::vector<SourceVisibility> visibilities;
+    {
+        const std::lock_guard computing(maker_mutex_);
+        change_materials(room);
+        maker_->fill(room.state, frames);
+        for (const SourceState& source : room.state.sources) {
+            if (source.removed_at) continue;
+            SourceVisibility visibility{{source.id}, {}};
+            for (std::size_t l = 0; l < frames.size(); ++l)
+                visibility.visible.push_back(maker_->visible(source.id, l) ? 1 : 0);
+            visibilities.push_back(std::move(visibility));
+        }
+    }
+    const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    const std::lock_guard lock(mutex_);
+    std::swap(visibilities_, visibilities);
+    frame_sum_ms_ += took_ms;
+    ++status_.frames;
+    if (took_ms > status_.frame_period_ms) ++status_.late_frames;
+    status_.frame_ms = took_ms;
+    status_.frame_mean_ms = frame_sum_ms_ / static_cast<double>(status_.frames);
+    counted_sum_ms_ += 1000 * counted_s(maker_->statistics());
+    status_.counted_mean_ms = counted_sum_ms_ / static_cast<double>(status_.frames);
+    status_.frame_worst_ms = std::max(status_.frame_worst_ms, took_ms);
+    status_.rays = maker_->rays();
+    status_.memory_bytes = maker_->statistics().memory_bytes;
+}
+
+void FrameComputer::change_materials(const FrameRoom& room) {
+    for (const auto& [object, material] : room.materials)
+        maker_->set_object_material(object, material);
+}
+
+void FrameComputer::warm_up(const FrameRoom& room, double longest_s) {
+    const std::lock_guard computing(maker_mutex_);
+    change_materials(room);
+    maker_->warm_up(room.state, longest_s);
+}
+
+void FrameComputer::end() {
+    const std::lock_guard computing(maker_mutex_);
+    maker_.reset();
+}
+
+void FrameComputer::set_handed_over() {
+    const std::lock_guard lock(mutex_);
+    handed_over_ = std::chrono::steady_clock::now();
+}
+
+void FrameComputer::count_skipped_frames(std::uint64_t frames) {
+    const std::lock_guard lock(mutex_);
+    status_.skipped_frames += frames;
+}
+
+std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
+                                                                std::size_t listener) const {
+    Pose head;
+    std::optional<HeardSound> heard;
+    {
+        const std::lock_guard computing(maker_mutex_);
+        if (maker_) heard = maker_->sound(source.number, listener);
+        if (!heard) return {};
+        head = maker_->listener(listener);
+    }
+    return ResponseRenderer(config(), response_length_s(), hrtf_).response(heard->sound, head);
+}
+
+bool FrameComputer::visible(SourceId source, std::size_t listener) const {
+    const std::lock_guard lock(mutex_);
+    for (const SourceVisibility& visibility : visibilities_)
+        if (visibility.source == source)
+            return listener < visibility.visible.size() && visibility.visible[listener];
+    return false;
+}
+
+AuralizerStatus FrameComputer::status() const {
+    const std::lock_guard lock(mutex_);
+    AuralizerStatus status = status_;
+    if (handed_over_)
+        status.frame_age_s =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - *handed_over_).count();
+    return status;
+}
+
+}  // namespace aula

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "apps/room/auralizer/source_slots.h"
+#include "apps/room/frames/frame_maker.h"
+#include "aula/auralizer.h"
+
+namespace aula {
+
+/// The room of a frame.
+struct FrameRoom {
+    RoomState state;
+    SourceSlots slots;                            ///< of the sources that are present
+    std::map<std::size_t, Material> materials{};  ///< of objects, changed since the previous frame
+    /// [listener] When the first pose since the previous frame was set (clock_ns()); 0: no pose
+    /// whose latency counts.
+    std::vector<std::int64_t> poses_ns{};
+};
+
+/// A render frame for each listener.
+using ListenerFrames = std::vector<std::unique_ptr<RenderFrame>>;
+
+/// Computes the frames of an auralizer and describes the newest one.
+class FrameComputer {
+ public:
+    FrameComputer(const Scene& scene, const FrameSettings& settings,
+                  std::shared_ptr<const Hrtf> hrtf);
+
+    const RendererConfig& config() const { return config_; }
+    const std::shared_ptr<const Hrtf>& hrtf() const { return hrtf_; }
+    double response_length_s() const { return response_length_s_; }
+    float patch_size_m() const { return patch_size_m_; }
+
+    /// Fills a frame of each listener, and allocates those that are null. [propagation thread]
+    void compute(const FrameRoom& room, ListenerFrames& frames);
+
+    /// The longest delay of a source's paths in the newest frame; 0 if it is in none. Removed
+    /// sources keep theirs. [propagation thread]
+    double longest_delay_s(SourceId source) const { return maker_->longest_delay_s(source.number); }
+
+    /// See Propagation::reserve_memory. Before the first frame.
+    void reserve_memory() { maker_->reserve_memory(); }
+
+    /// See FrameMaker::warm_up(). [propagation thread]
+    void warm_up(const FrameRoom& room, double longest_s);
+
+    /// The object that computes the frames. [propagation thread]
+    const FrameMaker& maker() const { return *maker_; }
+
+    /// Frees the engine. No frame is computed during or after the call.
+    void end();
+
+    /// Notes that the newest frame has been handed over. [any thread]
+    void set_handed_over();
+
+    /// Counts frame times that were missed. [any thread]
+    void count_skipped_frames(std::uint64_t frames);
+
+    /// See Auralizer. [any thread]
+    std::vector<std::vector<float>> impulse_response(SourceId source, std::size_t listener) const;
+    bool visible(SourceId source, std::size_t listener) const;
+    AuralizerStatus status() const;
+
+ private:
+    /// The listeners to which a source is visible.
+    struct SourceVisibility {
+        SourceId source;
+        std::vector<char> visible;  ///< [listener]
+    };
+
+    void change_materials(const FrameRoom& room);
+
+    std::shared_ptr<const Hrtf> hrtf_;
+    mutable std::mutex maker_mutex_;   ///< locked while a frame is computed
+    std::optional<FrameMaker> maker_;  ///< until end()
+    const RendererConfig config_;
+    const double response_length_s_;
+    const float patch_size_m_;
+    mutable std::mutex mutex_;  ///< protects the following members
+    std::vector<SourceVisibility> visibilities_;
+    AuralizerStatus status_;
+    double frame_sum_ms_ = 0;
+    double counted_sum_ms_ = 0;
+    std::optional<std::chrono::steady_clock::time_point> handed_over_;
+};
+
+}  // namespace aula

@@ -1,0 +1,205 @@
+#include "apps/room/auralizer/real_time_playback.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "apps/room/base/latency.h"
+#include "aula/audio/realtime.h"
+
+namespace aula {
+
+namespace {
+
+/// A time after all changes.
+constexpr std::int64_t kAll = kNever - 1;
+
+}  // namespace
+
+RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& options,
+                                   std::shared_ptr<const Hrtf> hrtf)
+    : RoomPlayback(scene, options, options.block, std::move(hrtf)),
+      block_(options.block),
+      part_outputs_(options.listeners * channel_count(options.output)),
+      frame_heads_(options.listeners) {
+    computer_.reserve_memory();
+    for (std::size_t l = 0; l < options.listeners; ++l)
+        heads_.push_back(std::make_unique<Mailbox<HeadPose>>(1));
+}
+
+// Never before that of an earlier call, so that changes keep the order of the calls.
+ChangeTime RealTimePlayback::time_of(std::int64_t /*at*/) const { return {rendered_.load()}; }
+
+void RealTimePlayback::begin_source(SourceId source, const ChangeTime& /*time*/) {
+    renderer_slots_.begin(source);
+    publish_routes();
+}
+
+void RealTimePlayback::end_source(SourceId source, const ChangeTime& /*time*/) {
+    renderer_slots_.end(source);
+    publish_routes();
+}
+
+void RealTimePlayback::publish_routes() {
+    auto routes = routes_.reclaim();
+    if (!routes) routes = std::make_unique<std::vector<SourceId>>();
+    *routes = renderer_slots_.playing();
+    routes_.publish(std::move(routes));
+}
+
+void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
+                                 const ChangeTime& /*time*/) {
+    if (in_before_frame()) {
+        frame_heads_[listener] = pose;
+    } else {
+        frame_heads_[listener].reset();  // the new pose is newer
+        publish_head(listener, pose);
+    }
+}
+
+void RealTimePlayback::turn_head_now(std::size_t listener, const Pose& pose) {
+    const std::lock_guard lock(mutex_);
+    turn_head(listener, pose, {});
+}
+
+void RealTimePlayback::publish_head(std::size_t listener, const Pose& pose) {
+    auto head = heads_[listener]->reclaim();
+    if (!head) head = std::make_unique<HeadPose>();
+    *head = {pose, running_ ? clock_ns() : 0};
+    heads_[listener]->publish(std::move(head));
+}
+
+/// The latency of a frame's pose counts from the frame's time.
+std::int64_t RealTimePlayback::pose_ns() const {
+    if (!running_) return 0;
+    return in_before_frame() ? frame_due_ns_ : clock_ns();
+}
+
+double RealTimePlayback::played_s() const {
+    return sound_time_s_ ? sound_time_s_() : static_cast<double>(rendered_.load()) / rate_hz_;
+}
+
+/// False at the end.
+bool RealTimePlayback::wait_until(Clock::time_point time) {
+    std::unique_lock lock(mutex_);
+    return !changed_.wait_until(lock, time, [this] { return stop_; });
+}
+
+/// Applies changes until a pause ends, during which the time of frames stops. False at the end.
+bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
+    if (!pause_.silent()) return true;
+    const auto period = std::chrono::duration_cast<Clock::duration>(
+        std::chrono::duration<double>(computer_.config().frame_s));
+    while (pause_.silent()) {
+        apply_changes(kAll, rendered_.load(), clock.time_s());
+        if (!wait_until(Clock::now() + period)) return false;
+    }
+    clock.resume(played_s(), Clock::now());
+    return true;
+}
+
+ListenerFrames RealTimePlayback::compute(double time_s) {
+    const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
+    ListenerFrames frames;
+    for (std::size_t l = 0; l < heads_.size(); ++l) frames.push_back(renderer_.frames(l).reclaim());
+    computer_.compute(room, frames);
+    for (std::size_t l = 0; l < frames.size(); ++l) frames[l]->stamp = room.poses_ns[l];
+    return frames;
+}
+
+void RealTimePlayback::warm_up(double longest_s) {
+    computer_.warm_up(take_changes(kAll, 0, 0), longest_s);
+}
+
+const FrameMaker& RealTimePlayback::compute_first(double time_s) {
+    publish(compute(time_s));
+    return computer_.maker();
+}
+
+void RealTimePlayback::follow(std::function<double()> played_s,
+                              std::function<void(const FrameMaker&, double)> after_frame) {
+    sound_time_s_ = std::move(played_s);
+    after_frame_ = std::move(after_frame);
+}
+
+/// At each frame time publishes the frame computed since the previous one, then computes the next.
+void RealTimePlayback::compute_frames(Auralizer& auralizer) {
+    double earliest_s = 0;
+    if (computer_.status().frames == 0) {
+        const double time_s = played_s();
+        call_before_frame(auralizer, rendered_.load(), time_s);
+        compute_first(time_s);
+        // The time of frames increases, even if no block was rendered during the first one.
+        constexpr double kMinStep_s = 0.001;
+        earliest_s = time_s + kMinStep_s;
+    }
+    lower_priority(kPropagationNice);
+    FrameClock clock(Clock::now(), std::max(played_s(), earliest_s));
+    clock.took(computer_.status().frame_ms / 1000);
+    {
+        const std::lock_guard lock(mutex_);
+        running_ = true;
+    }
+    for (ListenerFrames computed;;) {
+        clock.next(computer_.config().frame_s);
+        if (!wait_until(clock.due())) return;
+        if (!computed.empty()) publish(std::exchange(computed, {}));
+        if (!wait_out_pause(clock)) return;
+        const std::uint64_t missed = clock.skip_missed(Clock::now());
+        if (missed > 0) computer_.count_skipped_frames(missed);
+        if (!wait_until(clock.begin())) return;
+        frame_due_ns_ = clock.due().time_since_epoch().count();
+        call_before_frame(auralizer, rendered_.load(), clock.time_s());
+        const auto begin = Clock::now();
+        computed = compute(clock.time_s());
+        clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
+        if (after_frame_)
+            after_frame_(computer_.maker(),
+                         std::chrono::duration<double>(clock.end() - Clock::now()).count());
+        clock.follow(played_s(), Clock::now());
+    }
+}
+
+void RealTimePlayback::publish(ListenerFrames frames) {
+    for (std::size_t l = 0; l < frames.size(); ++l)
+        renderer_.frames(l).publish(std::move(frames[l]));
+    tail_samples_ = newest_tail_samples();
+    const std::lock_guard lock(mutex_);
+    for (std::size_t l = 0; l < heads_.size(); ++l) {
+        if (frame_heads_[l]) publish_head(l, *frame_heads_[l]);
+        frame_heads_[l].reset();
+    }
+    computer_.set_handed_over();
+}
+
+void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
+                              int samples) noexcept {
+    const FlushDenormals flush;
+    for (int done = 0; done < samples;) {
+        const int left = std::min(block_, samples - done);
+        const int part = pause_.advance(outputs, done, left);
+        if (part == 0) {
+            done += left;
+            continue;
+        }
+        if (std::vector<SourceId>* const all = routes_.take()) {
+            for (std::size_t s = 0; s < all->size(); ++s) renderer_.set_source(s, (*all)[s]);
+            routes_.give_back(all);
+        }
+        for (std::size_t l = 0; l < heads_.size(); ++l) {
+            HeadPose* const head = heads_[l]->take();
+            if (head == nullptr) continue;
+            renderer_.turn_head(l, head->pose);
+            if (l == 0) head_pose_ns_ = head->set_ns;
+            heads_[l]->give_back(head);
+        }
+        for (std::size_t c = 0; c < outputs.size(); ++c) part_outputs_[c] = outputs[c] + done;
+        const std::span<const float> weights = pause_.weights(part);
+        renderer_.render(inputs, done, weights, part_outputs_, part);
+        for (float* const output : part_outputs_) apply_weights(weights, output);
+        done += part;
+        rendered_.fetch_add(part, std::memory_order_relaxed);
+    }
+}
+
+}  // namespace aula

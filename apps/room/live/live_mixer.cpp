@@ -1,0 +1,253 @@
+#include "apps/room/live/live_mixer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace aula {
+
+namespace {
+
+/// Duration of the fade between signals and between playbacks.
+constexpr double kChangeFade_s = 0.05;
+
+/// Fade-in of a signal that begins abruptly.
+constexpr double kOnsetFade_s = 0.02;
+
+constexpr double kPauseFade_s = 0.02;
+
+/// Duration of the output that the ring holds for its reader.
+constexpr double kOutputRing_s = 2;
+
+std::size_t to_samples(double seconds, double rate_hz) {
+    return static_cast<std::size_t>(std::lround(seconds * rate_hz));
+}
+
+float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBLOCKING {
+    float largest = 0;
+    for (const float* channel : channels)
+        for (int i = 0; i < samples; ++i) largest = std::max(largest, std::abs(channel[i]));
+    return largest;
+}
+
+}  // namespace
+
+ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
+                             const Timeline& timeline, int block, std::uint64_t start)
+    : auralizer_(std::move(auralizer)),
+      rate_hz_(auralizer_->room().sample_rate_hz()),
+      timeline_(timeline),
+      start_{.number = start},
+      first_signals_(std::make_unique<SignalSet>(std::move(signals))),
+      signals_(first_signals_.get()),
+      input_fade_(to_samples(kChangeFade_s, rate_hz_)),
+      output_fade_(input_fade_),
+      signal_fade_(input_fade_),
+      onset_fade_(to_samples(kOnsetFade_s, rate_hz_)),
+      inputs_(first_signals_->size(), std::vector<float>(static_cast<std::size_t>(block))),
+      outputs_(auralizer_->room().output_channels(),
+               std::vector<float>(static_cast<std::size_t>(block))),
+      scratch_(static_cast<std::size_t>(block)) {
+    const std::vector<SourceId> sources = auralizer_->room().sources();
+    for (std::size_t s = 0; s < inputs_.size(); ++s)
+        source_signals_.push_back({sources[s], inputs_[s].data()});
+    for (auto& output : outputs_) output_pointers_.push_back(output.data());
+}
+
+ScenePlayback::~ScenePlayback() {
+    for (SignalSet* signals : {signals_, fading_signals_})
+        if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
+}
+
+/// `before`: the start of the previous playback. A playback in between with the same start may have
+/// been replaced in the mailbox.
+void ScenePlayback::begin(std::int64_t position, const SignalStart& before) noexcept {
+    start_.zero = start_.number == before.number ? before.zero : position;
+    (position == start_.zero ? onset_fade_ : input_fade_).start();
+}
+
+/// Another playback follows. Emitted sound remains audible to its end, including the fade of the
+/// input and the decay of the filters.
+void ScenePlayback::retire() noexcept {
+    state_ = State::ringing;
+    input_fade_.start();
+    ring_samples_ = auralizer_->tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
+}
+
+void ScenePlayback::end() noexcept {
+    if (state_ == State::ending) return;
+    state_ = State::ending;
+    output_fade_.start();
+}
+
+/// The signals with exchanges, the end by the timeline and the playback's present fade.
+void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
+    const auto count = static_cast<std::size_t>(samples);
+    const std::int64_t first = position - start_.zero;
+    if (fading_signals_ == nullptr) {
+        if (SignalSet* next = next_signals_.take()) {
+            fading_signals_ = std::exchange(signals_, next);
+            signal_fade_.start();
+        }
+    }
+    for (std::size_t s = 0; s < inputs_.size(); ++s) {
+        const std::span<float> input(inputs_[s].data(), count);
+        (*signals_)[s]->read(first, position, input);
+        if (fading_signals_ != nullptr) {
+            const std::span<float> old(scratch_.data(), count);
+            (*fading_signals_)[s]->read(first, position, old);
+            signal_fade_.cross(old, input);
+        }
+        if (!onset_fade_.done() && (*signals_)[s]->begins_abruptly()) onset_fade_.fade_in(input);
+        timeline_.fade(first, rate_hz_, input);
+        if (state_ != State::playing)
+            input_fade_.fade_out(input);
+        else if (!faded_in())
+            input_fade_.fade_in(input);
+    }
+    for (Fade* fade : {&onset_fade_, &input_fade_, &signal_fade_}) fade->advance(count);
+    if (fading_signals_ != nullptr && signal_fade_.done()) {
+        if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
+        fading_signals_ = nullptr;
+    }
+}
+
+/// Adds the playback's sound to the sum.
+void ScenePlayback::render(std::int64_t position, std::span<float* const> sum,
+                           int samples) noexcept {
+    read_inputs(position, samples);
+    auralizer_->render(source_signals_, output_pointers_, samples);
+    if (state_ == State::ringing) {
+        ring_samples_ -= samples;
+        if (ring_samples_ <= 0) end();
+    }
+    const auto count = static_cast<std::size_t>(samples);
+    for (std::size_t c = 0; c < sum.size(); ++c) {
+        const std::span<float> output = std::span(outputs_[c]).first(count);
+        timeline_.end(position - start_.zero, rate_hz_, output);
+        if (state_ == State::ending) output_fade_.fade_out(output);
+        for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
+    }
+    output_fade_.advance(count);
+}
+
+LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s,
+                     const SignalStart& before)
+    : rate_hz_(sample_rate_hz),
+      block_(block),
+      channels_(channels),
+      before_(before),
+      limiter_(sample_rate_hz, channels, block),
+      output_pointers_(channels),
+      interleaved_(static_cast<std::size_t>(block) * channels),
+      output_ring_(static_cast<std::size_t>(kOutputRing_s * sample_rate_hz) * channels),
+      position_(std::llround(begin_s * sample_rate_hz)),
+      pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
+
+LiveMixer::~LiveMixer() {
+    if (playing_ != nullptr) playbacks_.give_back(playing_);
+    if (waiting_ != nullptr) playbacks_.give_back(waiting_);
+    for (ScenePlayback* playback : ringing_)
+        if (playback != nullptr) playbacks_.give_back(playback);
+}
+
+void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
+    const std::int64_t before_ns = std::exchange(called_ns_, clock_ns());
+    if (before_ns != 0) call_interval_.add(called_ns_ - before_ns);
+    for (int done = 0; done < samples; done += block_) {
+        for (std::size_t c = 0; c < channels_; ++c) output_pointers_[c] = outputs[c] + done;
+        render_block(output_pointers_, std::min(block_, samples - done));
+    }
+}
+
+/// Counts the latencies of a frame and of a head pose that the block has taken.
+void LiveMixer::count_latencies(std::int64_t now_ns) noexcept {
+    const auto count = [now_ns](std::int64_t pose_ns, std::int64_t& newest_ns,
+                                LatencyCounts& latency) {
+        if (pose_ns != newest_ns && pose_ns != 0) latency.add(now_ns - pose_ns);
+        newest_ns = pose_ns;
+    };
+    count(playing_->auralizer_->frame_pose_ns(), frame_pose_ns_, frame_latency_);
+    count(playing_->auralizer_->head_pose_ns(), head_pose_ns_, head_latency_);
+}
+
+/// Starts the next playback, if there is one, when the present one has faded in and fewer than the
+/// maximum ring out. Otherwise it waits, and the oldest ringing one is ended.
+void LiveMixer::change_playback() noexcept {
+    if (waiting_ == nullptr) waiting_ = playbacks_.take();
+    if (waiting_ == nullptr) return;
+    if (playing_ != nullptr) {
+        if (!playing_->faded_in()) return;
+        if (ringing_.back() != nullptr) {
+            ringing_.front()->end();
+            return;
+        }
+        playing_->retire();
+        *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
+    }
+    waiting_->begin(position_.load(std::memory_order_relaxed),
+                    playing_ != nullptr ? playing_->start_ : before_);
+    playing_ = std::exchange(waiting_, nullptr);
+}
+
+void LiveMixer::give_back_ended() noexcept {
+    for (ScenePlayback*& playback : ringing_) {
+        if (playback == nullptr || !playback->ended()) continue;
+        playbacks_.give_back(std::exchange(playback, nullptr));
+    }
+    // The oldest first, without gaps.
+    if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
+}
+
+/// Advances the fade of a pause.
+void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcept {
+    const bool paused = paused_.load(std::memory_order_relaxed);
+    if (paused != fading_out_) {
+        fading_out_ = paused;
+        pause_fade_.reverse();
+    }
+    const auto count = static_cast<std::size_t>(samples);
+    for (float* channel : outputs) {
+        if (fading_out_)
+            pause_fade_.fade_out({channel, count});
+        else if (!pause_fade_.done())
+            pause_fade_.fade_in({channel, count});
+    }
+    pause_fade_.advance(count);
+    silent_.store(fading_out_ && pause_fade_.done(), std::memory_order_relaxed);
+}
+
+void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
+    if (silent_.load(std::memory_order_relaxed) && paused_.load(std::memory_order_relaxed)) {
+        for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
+        return;
+    }
+    const std::int64_t now_ns = clock_ns();
+    change_playback();
+    const std::int64_t position = position_.load(std::memory_order_relaxed);
+    for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
+    for (ScenePlayback* playback : ringing_)
+        if (playback != nullptr) playback->render(position, outputs, samples);
+    if (playing_ != nullptr) {
+        playing_->render(position, outputs, samples);
+        count_latencies(now_ns);
+    }
+    give_back_ended();
+
+    limiter_.process(outputs, samples);
+    fade_pause(outputs, samples);
+    const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
+    peak_.store(peak, std::memory_order_relaxed);
+    const float gain = std::min(limiter_.min_gain(), limiter_gain_.load(std::memory_order_relaxed));
+    limiter_gain_.store(gain, std::memory_order_relaxed);
+    if (listened_.load(std::memory_order_relaxed)) {
+        const auto count = static_cast<std::size_t>(samples);
+        for (std::size_t c = 0; c < channels_; ++c)
+            for (std::size_t i = 0; i < count; ++i) interleaved_[i * channels_ + c] = outputs[c][i];
+        if (!output_ring_.write(std::span(interleaved_).first(count * channels_)))
+            lost_samples_.fetch_add(samples, std::memory_order_relaxed);
+    }
+    position_.store(position + samples, std::memory_order_relaxed);
+}
+
+}  // namespace aula

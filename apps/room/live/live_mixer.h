@@ -1,0 +1,169 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "apps/room/auralizer/live_auralizer.h"
+#include "apps/room/base/latency.h"
+#include "apps/room/frames/signals.h"
+#include "apps/room/frames/timeline.h"
+#include "audio/base/mailbox.h"
+#include "audio/base/sample_ring.h"
+#include "audio/dsp/fade.h"
+#include "audio/dsp/limiter.h"
+
+namespace aula {
+
+/// A start of the signals of a scene.
+struct SignalStart {
+    std::uint64_t number = 0;  ///< equal for playbacks that continue each other's signals
+    std::int64_t zero = 0;     ///< position of the signals' first sample
+};
+
+/// A scene as the audio thread plays it: signals through an auralizer. Its input fades in if the
+/// signals have already begun, and fades out when another playback follows; then the room rings
+/// out. The weights of both inputs add up to one: each sample of the signals is rendered once in
+/// total, without a click. Signals that begin with the playback are played from their first sample
+/// on without a fade, except those that begin abruptly.
+class ScenePlayback {
+ public:
+    /// One signal for each source of the auralizer, which has one listener. `block`: the largest
+    /// number of samples of a call. `start`: number of the start of the signals. They continue
+    /// those of a previous playback with the same number, and otherwise begin with this playback.
+    /// 0: they begin with the mixer.
+    ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
+                  const Timeline& timeline, int block, std::uint64_t start);
+    ~ScenePlayback();
+    ScenePlayback(const ScenePlayback&) = delete;
+    ScenePlayback& operator=(const ScenePlayback&) = delete;
+
+    LiveAuralizer& auralizer() { return *auralizer_; }
+    const Timeline& timeline() const { return timeline_; }
+
+    /// Exchanges the signals of the sources with a crossfade. [one thread at a time]
+    Mailbox<SignalSet>& signals() { return next_signals_; }
+
+ private:
+    friend class LiveMixer;
+
+    enum class State { playing, ringing, ending };
+
+    void begin(std::int64_t position, const SignalStart& before) noexcept AULA_NONBLOCKING;
+    void retire() noexcept AULA_NONBLOCKING;
+    void end() noexcept AULA_NONBLOCKING;
+    bool faded_in() const noexcept AULA_NONBLOCKING { return input_fade_.done(); }
+    bool ended() const noexcept AULA_NONBLOCKING {
+        return state_ == State::ending && output_fade_.done();
+    }
+
+    void read_inputs(std::int64_t position, int samples) noexcept AULA_NONBLOCKING;
+    void render(std::int64_t position, std::span<float* const> sum,
+                int samples) noexcept AULA_NONBLOCKING;
+
+    std::unique_ptr<LiveAuralizer> auralizer_;
+    double rate_hz_;
+    Timeline timeline_;
+    SignalStart start_;
+    std::unique_ptr<SignalSet> first_signals_;
+    SignalSet* signals_;
+    SignalSet* fading_signals_ = nullptr;  ///< the signals being replaced
+    Mailbox<SignalSet> next_signals_{2};   ///< present ones and those that fade out
+
+    State state_ = State::playing;
+    Fade input_fade_;                ///< in at the beginning, then out
+    Fade output_fade_;               ///< fade-out at the end
+    Fade signal_fade_;               ///< crossfade to other signals
+    Fade onset_fade_;                ///< for signals that begin abruptly
+    std::int64_t ring_samples_ = 0;  ///< remaining samples of the ringing out
+
+    std::vector<std::vector<float>> inputs_;
+    std::vector<SourceSignal> source_signals_;  ///< with the inputs
+    std::vector<std::vector<float>> outputs_;
+    std::vector<float*> output_pointers_;
+    std::vector<float> scratch_;
+};
+
+/// The audio thread's part of live playback: the present playback, those that ring out, and the
+/// limiter. Other threads read its state by atomics or a ring.
+class LiveMixer {
+ public:
+    /// `begin_s`: the time of the first sample. `before`: the start of the signals that have played
+    /// until then.
+    LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s = 0,
+              const SignalStart& before = {});
+    ~LiveMixer();
+
+    /// Fills the outputs, in blocks of at most the mixer's size. [audio thread, wait-free]
+    void render(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+
+    /// The playbacks to play, each with its first frame; the previous one rings out. Used playbacks
+    /// return. [propagation thread]
+    Mailbox<ScenePlayback>& playbacks() { return playbacks_; }
+
+    /// The output, interleaved, for one reader after listen(true). Samples that do not fit are lost
+    /// and counted, per channel. [the reader's thread]
+    SampleRing& output_ring() { return output_ring_; }
+    void listen(bool wanted) { listened_.store(wanted); }
+    std::int64_t lost_samples() const { return lost_samples_.load(); }
+
+    /// [any thread]
+    double time_s() const { return static_cast<double>(position_.load()) / rate_hz_; }
+    float take_peak() { return peak_.exchange(0); }
+    float take_limiter_gain() { return limiter_gain_.exchange(1); }  ///< the least since
+    std::size_t channels() const { return channels_; }
+
+    /// Fades to silence, which stops the time, and back. [any thread]
+    void pause(bool paused) { paused_.store(paused); }
+    bool silent() const { return silent_.load(); }  ///< the fade to a pause is complete
+
+    /// Latencies from a frame's stamp, and from a head pose, to the block that takes it. [any
+    /// thread]
+    const LatencyCounts& frame_latency() const { return frame_latency_; }
+    const LatencyCounts& head_latency() const { return head_latency_; }
+
+    /// Intervals between calls: the longest delay of a head pose. [any thread]
+    const LatencyCounts& call_interval() const { return call_interval_; }
+
+ private:
+    static constexpr std::size_t kMaxRinging = 2;
+
+    void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+    void count_latencies(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
+    void fade_pause(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
+    void change_playback() noexcept AULA_NONBLOCKING;
+    void give_back_ended() noexcept AULA_NONBLOCKING;
+
+    double rate_hz_;
+    int block_;
+    std::size_t channels_;
+    SignalStart before_;  ///< of the signals before the first playback
+    Limiter limiter_;
+    Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< the present and the waiting one
+    ScenePlayback* playing_ = nullptr;
+    ScenePlayback* waiting_ = nullptr;  ///< until fewer playbacks ring out
+    std::array<ScenePlayback*, kMaxRinging> ringing_{};
+    std::vector<float*> output_pointers_;
+    std::vector<float> interleaved_;
+    SampleRing output_ring_;
+    std::atomic<bool> listened_ = false;
+    std::atomic<std::int64_t> lost_samples_ = 0;
+    std::atomic<std::int64_t> position_ = 0;
+    std::atomic<float> peak_ = 0;
+    std::atomic<float> limiter_gain_ = 1;
+    std::atomic<bool> paused_ = false;
+    std::atomic<bool> silent_ = false;
+    Fade pause_fade_;
+    bool fading_out_ = false;         ///< otherwise fading in
+    std::int64_t frame_pose_ns_ = 0;  ///< of the newest frame
+    std::int64_t head_pose_ns_ = 0;   ///< of the newest head
+    LatencyCounts frame_latency_;
+    LatencyCounts head_latency_;
+    std::int64_t called_ns_ = 0;  ///< 0: no call yet
+    LatencyCounts call_interval_;
+};
+
+}  // namespace aula
