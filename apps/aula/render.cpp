@@ -9,6 +9,7 @@
 #include "apps/output/formatted.h"
 #include "apps/output/output_file.h"
 #include "apps/output/printable.h"
+#include "apps/room/base/output_files.h"
 #include "apps/room/offline/measurement_text.h"
 #include "apps/room/offline/offline.h"
 #include "aula/audio/sound_file.h"
@@ -46,12 +47,9 @@ class MeasurementFiles {
         if (arguments.report_json) report_.emplace(*arguments.report_json);
     }
 
-    void write(const Scene& scene, const Measurement& measurement,
-               const std::shared_ptr<const Hrtf>& hrtf,
-               const std::shared_ptr<const HeadphoneFilter>& headphones) {
+    void write(const Scene& scene, const Measurement& measurement) {
         if (arguments_.ir) {
-            const ImpulseResponses impulse_responses(
-                measurement, response_options(arguments_.playback), hrtf, headphones);
+            const ImpulseResponses impulse_responses(measurement, arguments_.playback);
             for (std::size_t s = 0; s < responses_.size(); ++s)
                 write_planar(*responses_[s], impulse_responses.response(s));
         }
@@ -89,9 +87,10 @@ int render(const Arguments& arguments) {
 int measure(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     MeasurementFiles files(arguments, scene);
-    const auto hrtf =
-        arguments.ir ? hrtf_for(arguments.playback, arguments.playback.sample_rate_hz) : nullptr;
-    const auto headphones = headphones_for(arguments.playback, arguments.playback.sample_rate_hz);
+    // Files that cannot be read are reported before the measurement. The HRTF is kept until its
+    // use.
+    const auto hrtf = arguments.ir ? hrtf_for(arguments.playback) : nullptr;
+    headphones_for(arguments.playback);
     ProgressBar bar("measuring", arguments.quiet);
     const auto measurement = measure(
         scene, within_budget({.frames = arguments.frames,
@@ -103,7 +102,7 @@ int measure(const Arguments& arguments) {
                              scene.simulation.quality));
     if (!measurement) return interrupted_status();
     warn(warnings_of(*measurement), arguments.quiet);
-    files.write(scene, *measurement, hrtf, headphones);
+    files.write(scene, *measurement);
     return 0;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "apps/room/base/output_files.h"
+
 namespace aula::plugin {
 
 namespace {
@@ -32,15 +34,12 @@ std::vector<ImpulseResponseBuilder> response_builders(const SharedRoom& room, st
 GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room,
                                               const std::filesystem::path& hrtf,
                                               const PluginPorts& ports) {
-    const FrameSettings settings{.sample_rate_hz = ports.sample_rate_hz,
-                                 .block = ports.block,
-                                 .output = ports.format,
-                                 // Half the memory of the filters of sixteen channels.
-                                 .half_precision_tail = ports.format == OutputFormat::toa,
-                                 .max_sources = ports.sources};
-    return {
-        renderer_config(room.scene(), room.response_length_s(), settings),
-        ports.format == OutputFormat::binaural ? load_hrtf(hrtf, ports.sample_rate_hz) : nullptr};
+    FrameSettings settings{ports};
+    settings.hrtf = hrtf;
+    // Half the memory of the filters of sixteen channels.
+    settings.half_precision_tail = ports.output == OutputFormat::toa;
+    settings.max_sources = ports.sources;
+    return {renderer_config(room.scene(), room.response_length_s(), settings), hrtf_for(settings)};
 }
 
 GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "apps/room/auralizer/command_checks.h"
+#include "apps/room/base/output_files.h"
 
 namespace aula::plugin {
 
@@ -23,12 +23,12 @@ bool PluginInstance::activate(double sample_rate_hz, std::uint32_t longest_block
     constexpr std::uint32_t kMost = 1024;
     const int block = static_cast<int>(std::bit_floor(std::clamp(longest_block, kLeast, kMost)));
     try {
-        check_options({.sample_rate_hz = sample_rate_hz, .hrtf = {}});
-        auto plugin = std::make_unique<RoomPlugin>(PluginPorts{.sources = kind_.sources,
-                                                               .format = kind_.output,
-                                                               .sample_rate_hz = sample_rate_hz,
-                                                               .block = block,
-                                                               .folder = folder_});
+        PluginPorts ports{
+            {.sample_rate_hz = sample_rate_hz, .block = block, .output = kind_.output}};
+        ports.sources = kind_.sources;
+        ports.folder = folder_;
+        check_output(ports, "plugin");
+        auto plugin = std::make_unique<RoomPlugin>(ports);
         plugin->set_files(files_);
         plugin->activate(values(), is_offline_);
         plugin_ = std::move(plugin);

@@ -64,13 +64,12 @@ float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1
 
 AuralizerOptions auralizer_options(const std::filesystem::path& hrtf, const PluginPorts& ports,
                                    RenderClock clock) {
-    return {.clock = clock,
-            .sample_rate_hz = ports.sample_rate_hz,
-            .block = ports.block,
-            .sample_by_sample = true,
-            .output = ports.format,
-            .hrtf = hrtf,
-            .max_sources = ports.sources};
+    AuralizerOptions options{ports};
+    options.hrtf = hrtf;
+    options.clock = clock;
+    options.sample_by_sample = true;
+    options.max_sources = ports.sources;
+    return options;
 }
 
 /// The scene of an instance, with a source for each input. Its control sets the rays, on the exact

@@ -106,11 +106,8 @@ class PluginRoom {
 };
 
 /// The inputs and outputs of a plugin.
-struct PluginPorts {
-    std::size_t sources = 1;  ///< inputs, up to kMostSources
-    OutputFormat format = OutputFormat::binaural;
-    double sample_rate_hz = 48000;
-    int block = 256;                 ///< samples of most calls
+struct PluginPorts : OutputOptions {
+    std::size_t sources = 1;         ///< inputs, up to kMostSources
     std::filesystem::path folder{};  ///< of the scenes that ship with the plugins
 };
 

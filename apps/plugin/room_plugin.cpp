@@ -27,8 +27,8 @@ std::size_t to_samples(double seconds, double sample_rate_hz) {
 }  // namespace
 
 RoomPlugin::RoomPlugin(const PluginPorts& ports)
-    : output_(ports.format),
-      channels_(channel_count(ports.format)),
+    : output_(ports.output),
+      channels_(channel_count(ports.output)),
       sample_rate_hz_(ports.sample_rate_hz),
       loader_(ports),
       values_(initial_values()),

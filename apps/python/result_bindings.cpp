@@ -19,6 +19,7 @@
 #include "apps/output/printable.h"
 #include "apps/python/arrays.h"
 #include "apps/python/scene_bindings.h"
+#include "apps/room/base/output_files.h"
 #include "apps/room/frames/signals.h"
 #include "apps/room/offline/offline.h"
 #include "audio/spatial/hrtf.h"
@@ -173,18 +174,18 @@ py::array_t<float> impulse_responses(const Measurement& measurement, double samp
                                      int threads) {
     const std::size_t receivers = measurement.receivers.size();
     std::vector<Response> responses(measurement.responses.size());
-    const ImpulseResponseOptions options{.sample_rate_hz = sample_rate_hz,
-                                         .output = output_of(output),
-                                         .ambisonic_order = ambisonic_order,
-                                         .hrtf = hrtf};
+    const OutputOptions options{.sample_rate_hz = sample_rate_hz,
+                                .output = output_of(output),
+                                .ambisonic_order = ambisonic_order,
+                                .hrtf = hrtf};
     const bool mono = options.output == OutputFormat::mono;
     Interruption interruption;
     Kept used;
     {
         const py::gil_scoped_release released;
-        if (options.output == OutputFormat::binaural) used.hrtf = load_hrtf(hrtf, sample_rate_hz);
-        const ImpulseResponses plain(measurement, options, used.hrtf);
-        ImpulseResponseOptions foa_options = options;
+        used.hrtf = hrtf_for(options);
+        const ImpulseResponses plain(measurement, options);
+        OutputOptions foa_options = options;
         foa_options.output = OutputFormat::foa;
         std::optional<ImpulseResponses> foa;
         if (mono &&

@@ -12,7 +12,7 @@
 #include "audio/dsp/band_filter.h"
 #include "audio/spatial/ambisonics.h"
 #include "audio/spatial/hrtf.h"
-#include "aula/audio/output_format.h"
+#include "aula/audio/output_options.h"
 #include "aula/audio/realtime.h"
 
 namespace aula {
@@ -41,19 +41,15 @@ struct SourceSound {
     bool absent = false;                 ///< the source is silent; the other members are not read
 };
 
-struct RendererConfig {
-    double sample_rate_hz = 48000;
-    int block = 256;                       ///< largest number of samples per call
+/// The settings of a renderer, whose caller reads the files of OutputOptions and equalises
+/// headphones. Half precision is also used for filters above 512 MiB.
+struct RendererConfig : OutputOptions {
     std::size_t sources = 1;               ///< at most; SourceSound::absent leaves one out
     std::size_t response_samples = 48000;  ///< length of the longest reverberation
     double frame_s = 1.0 / 30;             ///< propagation frame interval
     double steps_hz = 0;                   ///< see frame_steps()
-    OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;  ///< 1 to 3, of the field decoded for binaural output
-    /// Of late reverberation: half the memory, -74 dB error. Also used for filters above 512 MiB.
-    bool half_precision_tail = false;
-    double longest_delay_s = 3;  ///< of direct sound; longer delays are clamped
-    AirAttenuation air{};        ///< between the centres of the octaves, which the gains contain
+    double longest_delay_s = 3;            ///< of direct sound; longer delays are clamped
+    AirAttenuation air{};  ///< between the centres of the octaves, which the gains contain
 };
 
 /// Steps in which the reverberation changes within a frame: RendererConfig::steps_hz a second or

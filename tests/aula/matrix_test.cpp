@@ -104,8 +104,7 @@ void measure_case(const Arguments& arguments, const Scene& scene, const MatrixCa
     require(std::isfinite(energy) && energy >= 0, "the energy is not finite");
     require(energy > 0 || !test.must_be_heard, "no energy");
     if (arguments.ir) {
-        const auto hrtf = hrtf_for(arguments.playback, arguments.playback.sample_rate_hz);
-        const ImpulseResponses responses(*measurement, response_options(arguments.playback), hrtf);
+        const ImpulseResponses responses(*measurement, arguments.playback);
         for (std::size_t s = 0; s < scene.sources.size(); ++s) {
             const auto channels = responses.response(s);
             require(static_cast<int>(channels.size()) == test.channels, "channels of the response");

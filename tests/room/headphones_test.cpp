@@ -96,7 +96,7 @@ TEST_CASE("Impulse responses for headphones contain their filter, measured and p
     Scene scene = small_room();
     scene.simulation.rays = 50;
     const auto measurement = measure(scene, {.frames = 2, .parameters = false});
-    ImpulseResponseOptions options{.output = OutputFormat::binaural};
+    OutputOptions options{.output = OutputFormat::binaural};
     Channels plain = ImpulseResponses(*measurement, options).response(0);
     options.headphones = file;
     const Channels measured = ImpulseResponses(*measurement, options).response(0);
@@ -155,8 +155,9 @@ TEST_CASE("Headphones are refused for other outputs than binaural") {
     CHECK_THROWS_WITH(Auralizer(small_room(), options),
                       Catch::Contains("headphones are for binaural output"));
     const auto measurement = measure(small_room(), {.frames = 1, .parameters = false});
-    CHECK_THROWS_WITH(ImpulseResponses(*measurement, {.headphones = "headphones.wav"}),
-                      Catch::Contains("expected binaural output"));
+    CHECK_THROWS_WITH(ImpulseResponses(*measurement, {.output = OutputFormat::mono,
+                                                      .headphones = "headphones.wav"}),
+                      Catch::Contains("headphones are for binaural output"));
 }
 
 }  // namespace room_headphones_test

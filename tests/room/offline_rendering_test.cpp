@@ -56,7 +56,7 @@ std::vector<float> measured(const Scene& scene, const std::string& name) {
     std::size_t source = 0;
     while (scene.sources[source].name != name) ++source;
     const auto measurement = measure(scene, {.frames = 15});
-    return ImpulseResponses(*measurement, {}).response(source)[0];
+    return ImpulseResponses(*measurement, {.output = OutputFormat::mono}).response(source)[0];
 }
 
 double product(const std::vector<float>& a, const std::vector<float>& b) {
@@ -225,7 +225,7 @@ TEST_CASE("A source has the same response alone and among others, measured and r
     of_one.responses.erase(of_one.responses.begin());
     of_one.sources.erase(of_one.sources.begin());
     for (const OutputFormat output : {OutputFormat::mono, OutputFormat::foa}) {
-        const ImpulseResponseOptions options{.output = output};
+        const OutputOptions options{.output = output};
         CHECK(ImpulseResponses(*measurement, options).response(1) ==
               ImpulseResponses(of_one, options).response(0));
     }

@@ -6,6 +6,7 @@
 #include "apps/aula/arguments/argument_values.h"
 #include "apps/aula/arguments/position_changes.h"
 #include "apps/room/remote/osc.h"
+#include "audio/spatial/ambisonics.h"
 #include "aula/exception.h"
 #include "process/files.h"
 

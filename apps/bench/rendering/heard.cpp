@@ -202,7 +202,8 @@ std::vector<Row> measure_heard(const Subject& subject, const Settings& settings)
     settings.progress("heard: impulse response");
     const auto measured = measure(scene, {.frames = subject.frames, .parameters = false});
     const EnergyResponse& energy = measured->response(0);
-    const std::vector<float> whole = ImpulseResponses(*measured, {}).response(0)[0];
+    const std::vector<float> whole =
+        ImpulseResponses(*measured, {.output = OutputFormat::mono}).response(0)[0];
     ImpulseResponseBuilder builder(make_noise_carriers(kRate_hz, scene.simulation.seed),
                                    scene.medium, measured->length_s, scene.sources[0].name, 0);
     ImpulseResponse response;

@@ -8,10 +8,10 @@
 namespace aula::plugin {
 
 Lv2Plugin::Lv2Plugin(const PluginPorts& ports, const LV2_URID_Map* map)
-    : output_(ports.format),
+    : output_(ports.output),
       messages_(map),
       plugin_(ports),
-      outputs_(channel_count(ports.format)) {}
+      outputs_(channel_count(ports.output)) {}
 
 void Lv2Plugin::connect(std::uint32_t port, void* data) {
     const std::uint32_t first_control = control_port(output_, 0);

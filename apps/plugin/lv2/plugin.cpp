@@ -16,7 +16,7 @@
 #include "apps/plugin/lv2/features.h"
 #include "apps/plugin/lv2/lv2_plugin.h"
 #include "apps/plugin/lv2/ports.h"
-#include "apps/room/auralizer/command_checks.h"
+#include "apps/room/base/output_files.h"
 
 namespace {
 
@@ -46,14 +46,14 @@ template <std::size_t layout>
 LV2_Handle instantiate(const LV2_Descriptor*, double rate, const char* bundle,
                        const LV2_Feature* const* features) {
     try {
-        aula::check_options({.sample_rate_hz = rate, .hrtf = {}});
         const auto* const map =
             static_cast<const LV2_URID_Map*>(find_feature(features, LV2_URID__map));
-        return new Lv2Plugin({.format = kLayouts[layout].output,
-                              .sample_rate_hz = rate,
-                              .block = block_size(features, map),
-                              .folder = bundle},
-                             map);
+        aula::plugin::PluginPorts ports{{.sample_rate_hz = rate,
+                                         .block = block_size(features, map),
+                                         .output = kLayouts[layout].output}};
+        ports.folder = bundle;
+        aula::check_output(ports, "plugin");
+        return new Lv2Plugin(ports, map);
     } catch (const std::exception&) {
         return nullptr;
     }

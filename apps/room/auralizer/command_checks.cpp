@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "apps/room/base/output_files.h"
 #include "aula/exception.h"
 #include "engine/scene/scene_values.h"
 
@@ -26,14 +27,8 @@ void require(bool holds, const char* otherwise) {
 }
 
 void check_options(const AuralizerOptions& options) {
-    require(options.sample_rate_hz >= 8000 && options.sample_rate_hz <= 384000,
-            "the sample rate is not between 8000 and 384000 Hz");
-    require(options.block >= 1 && options.block <= 8192, "the block is not between 1 and 8192");
-    require(options.ambisonic_order >= 1 && options.ambisonic_order <= 3,
-            "the ambisonic order is not between 1 and 3");
+    check_output(options, "auralizer");
     require(options.listeners >= 1, "there is no listener");
-    require(options.headphones.empty() || options.output == OutputFormat::binaural,
-            "headphones are for binaural output");
 }
 
 void check_position(const Vec3& position) {

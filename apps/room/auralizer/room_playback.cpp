@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "audio/file/headphone_file.h"
+#include "apps/room/base/output_files.h"
 #include "audio/render/render_memory.h"
 
 namespace aula {
@@ -17,16 +17,6 @@ namespace {
 /// filters.
 constexpr double kRingTail_s = 0.1;
 
-std::shared_ptr<const Hrtf> hrtf_of(const AuralizerOptions& options) {
-    if (options.output != OutputFormat::binaural) return nullptr;
-    return load_hrtf(options.hrtf, options.sample_rate_hz);
-}
-
-std::shared_ptr<const HeadphoneFilter> headphones_of(const AuralizerOptions& options) {
-    if (options.headphones.empty()) return nullptr;
-    return read_headphones(options.headphones, options.sample_rate_hz);
-}
-
 /// Slots of the renderer beyond AuralizerOptions::max_sources. The slot of a removed source is
 /// free for a while before another source plays in it.
 constexpr std::size_t kSpareSlots = 2;
@@ -36,17 +26,15 @@ FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, i
     // Not more spare slots than sources that can be added without a removal: if the scene has
     // max_sources sources, replacing one is rare.
     const std::size_t spare = std::min(options.max_sources - scene.sources.size(), kSpareSlots);
-    return {.sample_rate_hz = options.sample_rate_hz,
-            .block = block,
-            .output = options.output,
-            .ambisonic_order = options.ambisonic_order,
-            .half_precision_tail = options.half_precision_tail,
-            .max_sources = options.max_sources + spare,
-            .listeners = options.listeners,
-            .waves_ready =
-                options.clock == RenderClock::real_time ? WavesReady::later : WavesReady::at_once,
-            .headphones_bytes = headphones != nullptr ? equalizer_bytes(*headphones, block) : 0,
-            .max_memory_bytes = options.max_memory_bytes};
+    FrameSettings settings{options};
+    settings.block = block;
+    settings.max_sources = options.max_sources + spare;
+    settings.listeners = options.listeners;
+    settings.waves_ready =
+        options.clock == RenderClock::real_time ? WavesReady::later : WavesReady::at_once;
+    if (headphones != nullptr) settings.headphones_bytes = equalizer_bytes(*headphones, block);
+    settings.max_memory_bytes = options.max_memory_bytes;
+    return settings;
 }
 
 }  // namespace
@@ -55,9 +43,9 @@ RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, 
                            std::shared_ptr<const Hrtf> hrtf)
     : rate_hz_(options.sample_rate_hz),
       before_frame_(options.before_frame),
-      headphones_(headphones_of(options)),
+      headphones_(headphones_for(options)),
       computer_(scene, settings_of(scene, options, block, headphones_.get()),
-                hrtf ? std::move(hrtf) : hrtf_of(options)),
+                hrtf ? std::move(hrtf) : hrtf_for(options)),
       renderer_(computer_.config(), options.listeners, computer_.hrtf(), headphones_.get()),
       renderer_slots_(computer_.config().sources),
       pause_(rate_hz_, block),

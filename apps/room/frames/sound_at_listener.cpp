@@ -70,17 +70,14 @@ RendererConfig renderer_config(const Scene& scene, double response_length_s,
         air = [medium = scene.medium](double frequency_hz) {
             return air_attenuation_per_m(medium, frequency_hz);
         };
-    return {.sample_rate_hz = settings.sample_rate_hz,
-            .block = settings.block,
-            .sources = std::max(settings.max_sources, scene.sources.size()),
-            .response_samples =
-                static_cast<std::size_t>(std::ceil(response_length_s * settings.sample_rate_hz)),
-            .frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz),
-            .output = settings.output,
-            .ambisonic_order = settings.ambisonic_order,
-            .half_precision_tail = settings.half_precision_tail,
-            .longest_delay_s = longest_delay_s(scene),
-            .air = air};
+    RendererConfig config{settings};
+    config.sources = std::max(settings.max_sources, scene.sources.size());
+    config.response_samples =
+        static_cast<std::size_t>(std::ceil(response_length_s * settings.sample_rate_hz));
+    config.frame_s = 1.0 / static_cast<double>(scene.simulation.frame_rate_hz);
+    config.longest_delay_s = longest_delay_s(scene);
+    config.air = air;
+    return config;
 }
 
 ResponseRenderer::ResponseRenderer(RendererConfig config, double length_s,

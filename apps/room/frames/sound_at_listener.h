@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "apps/room/base/playback_options.h"
 #include "apps/room/frames/source_trajectory.h"
 #include "apps/room/waves/frame_waves.h"
 #include "audio/render/renderer.h"
@@ -25,13 +24,8 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
 double longest_delay_s(const Scene& scene);
 
 /// The settings of the sound at a listener that do not affect the simulation.
-struct FrameSettings {
-    double sample_rate_hz = 48000;
-    int block = 256;  ///< samples
-    OutputFormat output = OutputFormat::binaural;
-    int ambisonic_order = 1;           ///< of the reverberation in binaural output, 1 to 3
-    bool half_precision_tail = false;  ///< of late reverberation, see RendererConfig
-    std::size_t max_sources = 0;       ///< including sources that ring out; at least the scene's
+struct FrameSettings : OutputOptions {
+    std::size_t max_sources = 0;  ///< including sources that ring out; at least the scene's
     std::size_t listeners = 1;
     WavesReady waves_ready = WavesReady::at_once;
     std::uint64_t headphones_bytes = 0;  ///< see equalizer_bytes()

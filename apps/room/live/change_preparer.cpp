@@ -35,7 +35,7 @@ void ChangePreparer::stop() {
 void ChangePreparer::set_sample_rate(double sample_rate_hz) {
     const std::lock_guard lock(mutex_);
     rate_hz_ = sample_rate_hz;
-    if (requested_) requested_->sample_rate_hz = sample_rate_hz;
+    if (requested_) requested_->options.sample_rate_hz = sample_rate_hz;
 }
 
 std::uint64_t ChangePreparer::request(Scene scene, PlaybackOptions options, bool starts_anew) {
@@ -44,7 +44,8 @@ std::uint64_t ChangePreparer::request(Scene scene, PlaybackOptions options, bool
         const std::lock_guard lock(mutex_);
         const bool anew = starts_anew || (requested_ && requested_->starts_anew) || preparing_anew_;
         number = ++last_number_;
-        requested_ = Change{std::move(scene), std::move(options), rate_hz_, anew, number};
+        options.sample_rate_hz = rate_hz_;
+        requested_ = Change{std::move(scene), std::move(options), anew, number};
     }
     wakeup_.notify_all();
     return number;
@@ -56,7 +57,8 @@ std::uint64_t ChangePreparer::request_if_idle(Scene scene, PlaybackOptions optio
         const std::lock_guard lock(mutex_);
         if (!idle()) return 0;
         number = ++last_number_;
-        requested_ = Change{std::move(scene), std::move(options), rate_hz_, false, number};
+        options.sample_rate_hz = rate_hz_;
+        requested_ = Change{std::move(scene), std::move(options), false, number};
     }
     wakeup_.notify_all();
     return number;
@@ -84,12 +86,12 @@ ChangePreparer::Status ChangePreparer::status() const {
 /// Prepares a change and begins it. False: it has to be made again.
 bool ChangePreparer::make(const Change& change) {
     Reusable before = hooks_.reusable();
-    const bool other_rate = change.sample_rate_hz != before.sample_rate_hz;
+    const bool other_rate = change.options.sample_rate_hz != before.options.sample_rate_hz;
     // A scene that begins anew plays its own signals.
     if (change.starts_anew || other_rate) before.sources.clear();
     if (other_rate) before.hrtf = nullptr;
-    auto prepared = std::make_unique<PreparedScene>(
-        change.scene, change.options, change.sample_rate_hz, change.starts_anew, before);
+    auto prepared =
+        std::make_unique<PreparedScene>(change.scene, change.options, change.starts_anew, before);
     hooks_.apply_controls(*prepared);
     prepared->auralizer.warm_up(kWarmUp_s);
     {
@@ -122,7 +124,7 @@ void ChangePreparer::run() {
         if (!change) continue;
         preparing_ = preparing_anew_ = false;
         if (!made && !requested_) {
-            change->sample_rate_hz = rate_hz_;
+            change->options.sample_rate_hz = rate_hz_;
             requested_ = std::move(change);
         }
         if (error.empty()) continue;

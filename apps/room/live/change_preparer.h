@@ -69,7 +69,6 @@ class ChangePreparer {
     struct Change {
         Scene scene;
         PlaybackOptions options;
-        double sample_rate_hz = 0;
         bool starts_anew = false;
         std::uint64_t number = 0;
     };

@@ -46,7 +46,6 @@ std::uint64_t Player::change(const Scene& scene, const PlaybackOptions& options,
     {
         const std::lock_guard lock(state_->mutex);
         const PlaybackOptions& now = state_->playing->options;
-        kept.sample_rate_hz = now.sample_rate_hz;
         kept.block = now.block;
         kept.output = now.output;
         kept.device = now.device;

@@ -66,7 +66,9 @@ void Player::State::fade_out() {
 /// Builds everything except the device, so that errors of the input are reported before a device is
 /// opened.
 void Player::State::build(const Scene& scene, const PlaybackOptions& options) {
-    playing = std::make_unique<PreparedScene>(scene, options, rate_hz, false);
+    PlaybackOptions at_rate = options;
+    at_rate.sample_rate_hz = rate_hz;
+    playing = std::make_unique<PreparedScene>(scene, at_rate, false);
     warnings = warnings_of(playing->signals);
     warn_of_patch_size(scene.simulation, playing->auralizer.room().patch_size_m(), warnings);
     monitor.reset();
@@ -126,8 +128,8 @@ bool Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
     {
         const std::lock_guard lock(mutex);
         if (stop) return true;
-        const bool has_other_rate = next.sample_rate_hz != rate_hz;
-        if (has_other_rate && next.sample_rate_hz != device_rate_hz) return false;
+        const bool has_other_rate = next.options.sample_rate_hz != rate_hz;
+        if (has_other_rate && next.options.sample_rate_hz != device_rate_hz) return false;
         earlier = frames_so_far();
         if (next.starts_anew) {
             controls = {};
@@ -159,10 +161,10 @@ bool Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
 /// mutex is locked.
 std::unique_ptr<LiveMixer> Player::State::exchange_mixer(const PreparedScene& next) {
     const SignalStart before{.number = playing->start,
-                             .zero = std::llround(playing->zero_s * next.sample_rate_hz)};
-    auto made = std::make_unique<LiveMixer>(next.sample_rate_hz, next.options.block,
+                             .zero = std::llround(playing->zero_s * next.options.sample_rate_hz)};
+    auto made = std::make_unique<LiveMixer>(next.options.sample_rate_hz, next.options.block,
                                             mixer->channels(), mixer->time_s(), before);
-    rate_hz = next.sample_rate_hz;
+    rate_hz = next.options.sample_rate_hz;
     sounding.clear();
     monitor->follow(*made, rate_hz);
     return std::exchange(mixer, std::move(made));

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "apps/room/auralizer/auralizer_options.h"
+#include "apps/room/base/output_files.h"
 #include "apps/room/frames/ray_budget.h"
 #include "apps/room/live/growing_length.h"
 
@@ -29,11 +30,10 @@ SignalSet signals_of(const Scene& scene, double sample_rate_hz, const Reusable& 
 }
 
 /// Reading an HRTF takes almost a second.
-std::shared_ptr<const Hrtf> hrtf_after(const PlaybackOptions& options, double sample_rate_hz,
-                                       const Reusable& before) {
+std::shared_ptr<const Hrtf> hrtf_after(const PlaybackOptions& options, const Reusable& before) {
     const bool kept = before.hrtf && options.hrtf == before.options.hrtf &&
                       options.output == before.options.output;
-    return kept ? before.hrtf : hrtf_for(options, sample_rate_hz);
+    return kept ? before.hrtf : hrtf_for(options);
 }
 
 Scene with_length(Scene scene, const PlaybackOptions& options,
@@ -46,13 +46,12 @@ Scene with_length(Scene scene, const PlaybackOptions& options,
 
 std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared) {
     const PlaybackOptions& options = prepared.options;
-    const double sample_rate_hz = prepared.sample_rate_hz;
     auto auralizer = std::make_unique<LiveAuralizer>(
-        prepared.scene, auralizer_options(prepared.scene, options, sample_rate_hz), prepared.hrtf);
+        prepared.scene, auralizer_options(prepared.scene, options), prepared.hrtf);
     const Timeline timeline =
         live_timeline({.scene = prepared.scene,
                        .signals = prepared.signals,
-                       .sample_rate_hz = sample_rate_hz,
+                       .sample_rate_hz = options.sample_rate_hz,
                        .response_length_s = auralizer->room().heard_length_s(),
                        .duration_s = options.duration_s});
     return std::make_unique<ScenePlayback>(std::move(auralizer), prepared.signals, timeline,
@@ -62,15 +61,14 @@ std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared) {
 }  // namespace
 
 PreparedScene::PreparedScene(const Scene& scene_in, const PlaybackOptions& options_in,
-                             double sample_rate_hz_in, bool starts_anew_in, const Reusable& before)
-    : sample_rate_hz(sample_rate_hz_in),
-      room_length_s(aula::room_length_s(scene_in)),
+                             bool starts_anew_in, const Reusable& before)
+    : room_length_s(aula::room_length_s(scene_in)),
       scene(with_length(scene_in, options_in, room_length_s)),
       options(options_in),
       starts_anew(starts_anew_in),
       start(before.start + (starts_anew ? 1 : 0)),
-      signals(signals_of(scene, sample_rate_hz, before)),
-      hrtf(hrtf_after(options, sample_rate_hz, before)),
+      signals(signals_of(scene, options.sample_rate_hz, before)),
+      hrtf(hrtf_after(options, before)),
       playback(make_playback(*this)),
       auralizer(playback->auralizer()),
       timeline(playback->timeline()),
@@ -100,7 +98,7 @@ void PreparedScene::apply(const PlayControls& controls, double time_s, bool with
 }
 
 void PreparedScene::take_signals(const PreparedScene& before) {
-    if (before.sample_rate_hz != sample_rate_hz) return;
+    if (before.options.sample_rate_hz != options.sample_rate_hz) return;
     bool differs = false;
     for (std::size_t s = 0; s < std::min(signals.size(), before.signals.size()); ++s) {
         if (signals[s] == before.signals[s] ||

@@ -14,7 +14,6 @@ namespace aula {
 
 /// Data that take long to read and are reused by the next playback.
 struct Reusable {
-    double sample_rate_hz = 0;
     std::vector<Source> sources;
     SignalSet signals;  ///< of the sources
     PlaybackOptions options;
@@ -27,8 +26,8 @@ struct Reusable {
 struct PreparedScene {
     /// Reads sound files and HRTF unless `before` has them; builds the engine and the renderer.
     /// Throws InputError.
-    PreparedScene(const Scene& scene, const PlaybackOptions& options, double sample_rate_hz,
-                  bool starts_anew, const Reusable& before = {});
+    PreparedScene(const Scene& scene, const PlaybackOptions& options, bool starts_anew,
+                  const Reusable& before = {});
 
     /// Gives the auralizer the state of the scene with these controls at a time. A listener's pose
     /// from the user is passed by set_listener() only, so that no older pose follows a newer one;
@@ -39,11 +38,8 @@ struct PreparedScene {
     /// rates are equal.
     void take_signals(const PreparedScene& before);
 
-    Reusable reusable() const {
-        return {sample_rate_hz, scene.sources, signals, options, hrtf, start};
-    }
+    Reusable reusable() const { return {scene.sources, signals, options, hrtf, start}; }
 
-    double sample_rate_hz;
     std::optional<double> room_length_s;  ///< as long as the room sounds; empty if the scene sets
                                           ///< the length of the responses
     Scene scene;

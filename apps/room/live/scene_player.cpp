@@ -11,12 +11,7 @@ namespace aula {
 namespace {
 
 PlaybackOptions playback_options(const ScenePlayerOptions& options) {
-    PlaybackOptions playback;
-    playback.sample_rate_hz = options.sample_rate_hz;
-    playback.block = options.block;
-    playback.output = options.output;
-    playback.ambisonic_order = options.ambisonic_order;
-    playback.hrtf = options.hrtf;
+    PlaybackOptions playback{options};
     playback.duration_s = options.duration_s;
     playback.device = options.device;
     playback.rays_fall = options.reduces_rays;

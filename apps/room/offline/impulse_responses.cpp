@@ -5,13 +5,12 @@
 #include <optional>
 #include <utility>
 
-#include "apps/room/base/playback_options.h"
+#include "apps/room/base/output_files.h"
 #include "apps/room/frames/sound_at_listener.h"
 #include "apps/room/images/box_images.h"
 #include "apps/room/offline/diffuse_noise.h"
 #include "apps/room/waves/wave_join.h"
 #include "apps/room/waves/wave_synthesis.h"
-#include "audio/file/headphone_file.h"
 #include "audio/render/renderer.h"
 #include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
@@ -24,19 +23,8 @@ namespace aula {
 
 namespace {
 
-std::shared_ptr<const Hrtf> read_hrtf(const ImpulseResponseOptions& options) {
-    return options.output == OutputFormat::binaural
-               ? load_hrtf(options.hrtf, options.sample_rate_hz)
-               : nullptr;
-}
-
-std::shared_ptr<const HeadphoneFilter> read_filter(const ImpulseResponseOptions& options) {
-    if (options.headphones.empty() || options.output != OutputFormat::binaural) return nullptr;
-    return read_headphones(options.headphones, options.sample_rate_hz);
-}
-
 /// The renderer's settings for a pair of a measurement.
-RendererConfig config_of(const Measurement& measurement, const ImpulseResponseOptions& options) {
+RendererConfig config_of(const Measurement& measurement, const OutputOptions& options) {
     Scene places;
     places.simulation = measurement.simulation;
     places.medium = measurement.medium;
@@ -44,33 +32,16 @@ RendererConfig config_of(const Measurement& measurement, const ImpulseResponseOp
         places.sources.emplace_back().position = source.position_at(0);
     for (const Pose& receiver : measurement.receivers)
         places.sources.emplace_back().position = receiver.position;
-    return renderer_config(places, measurement.length_s,
-                           {.sample_rate_hz = options.sample_rate_hz,
-                            .block = options.block,
-                            .output = options.output,
-                            .ambisonic_order = options.ambisonic_order,
-                            .half_precision_tail = options.half_precision_tail});
-}
-
-void check(const ImpulseResponseOptions& options) {
-    if (!(options.sample_rate_hz >= 8000 && options.sample_rate_hz <= 384000))
-        throw InputError("impulse responses: expected a sample rate from 8000 to 384000 Hz");
-    if (options.block < 1 || options.block > 8192)
-        throw InputError("impulse responses: expected blocks of 1 to 8192 samples");
-    if (options.ambisonic_order < 1 || options.ambisonic_order > 3)
-        throw InputError("impulse responses: expected an ambisonic order from 1 to 3");
-    if (!options.headphones.empty() && options.output != OutputFormat::binaural)
-        throw InputError("impulse responses: headphones: expected binaural output");
+    return renderer_config(places, measurement.length_s, FrameSettings{options});
 }
 
 }  // namespace
 
 struct ImpulseResponses::State {
-    State(const Measurement& measured, const ImpulseResponseOptions& options,
-          std::shared_ptr<const Hrtf> head, std::shared_ptr<const HeadphoneFilter> filter)
+    State(const Measurement& measured, const OutputOptions& options)
         : measurement(measured),
-          hrtf(std::move(head)),
-          headphones(std::move(filter)),
+          hrtf(hrtf_for(options)),
+          headphones(headphones_for(options)),
           config(config_of(measured, options)),
           is_array(measured.receivers.size() > 1) {
         if (!is_array && !measured.images)
@@ -160,17 +131,9 @@ std::vector<std::vector<float>> ImpulseResponses::State::rendered(const SourceSo
     return response;
 }
 
-ImpulseResponses::ImpulseResponses(const Measurement& measurement,
-                                   const ImpulseResponseOptions& options)
-    : ImpulseResponses(measurement, (check(options), options), read_hrtf(options),
-                       read_filter(options)) {}
-
-ImpulseResponses::ImpulseResponses(const Measurement& measurement,
-                                   const ImpulseResponseOptions& options,
-                                   std::shared_ptr<const Hrtf> hrtf,
-                                   std::shared_ptr<const HeadphoneFilter> headphones) {
-    check(options);
-    state_ = std::make_unique<State>(measurement, options, std::move(hrtf), std::move(headphones));
+ImpulseResponses::ImpulseResponses(const Measurement& measurement, const OutputOptions& options) {
+    check_output(options, "impulse responses");
+    state_ = std::make_unique<State>(measurement, options);
 }
 
 ImpulseResponses::~ImpulseResponses() = default;

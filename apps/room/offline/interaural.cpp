@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "apps/room/base/output_files.h"
 #include "audio/dsp/fft.h"
-#include "audio/spatial/hrtf.h"
 #include "aula/engine/impulse_response.h"
 #include "engine/base/worker_pool.h"
 #include "engine/response/octave_bank.h"
@@ -107,14 +107,15 @@ MeasuredValue single_number(std::span<const MeasuredValue> bands) {
 
 using Ears = std::vector<std::vector<float>>;
 
-Ears binaural(const Measurement& one, const std::shared_ptr<const Hrtf>& hrtf) {
-    return ImpulseResponses(
-               one, {.sample_rate_hz = kSampleRate_hz, .output = OutputFormat::binaural}, hrtf)
-        .response(0);
+/// MIT KEMAR.
+OutputOptions head() {
+    return {.sample_rate_hz = kSampleRate_hz, .output = OutputFormat::binaural};
 }
 
+Ears binaural(const Measurement& one) { return ImpulseResponses(one, head()).response(0); }
+
 /// The discrete paths of a separate pair. They do not depend on the noise, and end early.
-Ears binaural_paths(Measurement one, const std::shared_ptr<const Hrtf>& hrtf) {
+Ears binaural_paths(Measurement one) {
     constexpr double kFilterTail_s = 0.05;
     EnergyResponse& response = one.responses[0];
     response.clear_bins();
@@ -124,7 +125,7 @@ Ears binaural_paths(Measurement one, const std::shared_ptr<const Hrtf>& hrtf) {
     if (response.paths.empty()) return {{}, {}};
     one.length_s =
         std::min(one.length_s, response.arrival_s(response.paths.back()) + kFilterTail_s);
-    return binaural(one, hrtf);
+    return binaural(one);
 }
 
 void add_samples(std::vector<float>& sum, const std::vector<float>& samples) {
@@ -133,18 +134,18 @@ void add_samples(std::vector<float>& sum, const std::vector<float>& samples) {
 }
 
 void add(PairParameters& parameters, const Measurement& measurement, std::size_t pair,
-         const InterauralAnalysis& analysis, const std::shared_ptr<const Hrtf>& hrtf) {
+         const InterauralAnalysis& analysis) {
     const double zero_s = time_zero_s(measurement.responses[pair]);
     std::array<std::array<std::optional<double>, kNoises>, kBandCount> early;
     std::array<std::array<std::optional<double>, kNoises>, kBandCount> late;
     Measurement one = alone(measurement, pair, zero_s);
-    const Ears paths = binaural_paths(one, hrtf);
+    const Ears paths = binaural_paths(one);
     one.responses[0].paths.clear();
     const std::string name = one.sources[0].name;
     for (int noise = 0; noise < kNoises; ++noise) {
         // The name chooses the noise.
         one.sources[0].name = name + "/" + std::to_string(noise);
-        Ears ears = binaural(one, hrtf);
+        Ears ears = binaural(one);
         for (std::size_t ear = 0; ear < 2; ++ear) add_samples(ears[ear], paths[ear]);
         const auto bands = analysis.parameters(ears[0], ears[1], zero_s);
         for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -257,8 +258,8 @@ double interaural_work_s(std::size_t pairs, double length_s) {
 bool add_interaural_parameters(Measurement& measurement,
                                const std::function<bool(double done)>& progress) {
     const InterauralAnalysis analysis(kSampleRate_hz);
-    const auto hrtf = load_hrtf({}, kSampleRate_hz);
     // All impulse responses share these while they exist.
+    const auto hrtf = hrtf_for(head());
     const auto carriers = make_noise_carriers(kSampleRate_hz, measurement.simulation.seed);
     const int threads = measurement.simulation.threads.value_or(default_threads());
     WorkerPool workers(threads);
@@ -269,7 +270,7 @@ bool add_interaural_parameters(Measurement& measurement,
         workers.run(std::min(batch, pairs - first), [&](std::size_t i) {
             const std::size_t pair = first + i;
             if (measurement.audible[pair])
-                add(measurement.parameters[pair], measurement, pair, analysis, hrtf);
+                add(measurement.parameters[pair], measurement, pair, analysis);
         });
         const auto done = static_cast<double>(std::min(first + batch, pairs));
         if (progress && !progress(done / static_cast<double>(pairs))) return false;

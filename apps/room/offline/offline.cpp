@@ -76,7 +76,7 @@ struct OfflineRendering::State {
           samples(std::llround(timeline.end_s * options.sample_rate_hz)) {}
 
     static AuralizerOptions exact_options(const Scene& scene, const PlaybackOptions& options) {
-        AuralizerOptions settings = auralizer_options(scene, options, options.sample_rate_hz);
+        AuralizerOptions settings = auralizer_options(scene, options);
         settings.clock = RenderClock::exact;
         settings.before_frame = follow_paths(scene);
         return settings;
@@ -88,14 +88,6 @@ struct OfflineRendering::State {
     Timeline timeline;
     std::int64_t samples;
 };
-
-ImpulseResponseOptions response_options(const PlaybackOptions& options) {
-    return {.sample_rate_hz = options.sample_rate_hz,
-            .output = options.output,
-            .ambisonic_order = options.ambisonic_order,
-            .half_precision_tail = options.half_precision_tail,
-            .block = options.block};
-}
 
 OfflineRendering::OfflineRendering(const Scene& scene, SignalSet signals,
                                    const PlaybackOptions& options)

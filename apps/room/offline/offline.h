@@ -50,9 +50,6 @@ class OfflineRendering {
     std::unique_ptr<State> state_;
 };
 
-/// The options of the impulse responses, without the HRTF and the headphones.
-ImpulseResponseOptions response_options(const PlaybackOptions& options);
-
 /// Renders a scene to a WAV file as OfflineRendering. The same scene, seed and options give the
 /// same bytes. Returns the warnings about sounds; empty, and leaves no file, if `progress`
 /// requested a stop. Throws InputError, Failure.

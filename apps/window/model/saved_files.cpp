@@ -64,14 +64,7 @@ std::string save_response(const Scene& scene, const FrameView& view,
 
     const NewFile response_file(stem + "-ir", ".wav");
     const NewFile report_file(stem + "-report", ".json");
-    const ImpulseResponses impulse_responses(measurement,
-                                             {.sample_rate_hz = playback.sample_rate_hz,
-                                              .output = playback.output,
-                                              .ambisonic_order = playback.ambisonic_order,
-                                              .half_precision_tail = playback.half_precision_tail,
-                                              .block = playback.block},
-                                             hrtf_for(playback, playback.sample_rate_hz),
-                                             headphones_for(playback, playback.sample_rate_hz));
+    const ImpulseResponses impulse_responses(measurement, playback);
     const auto channels = impulse_responses.response(0);
     WavWriter writer(response_file.path(), playback.sample_rate_hz, channels.size(),
                      SampleFormat::float32);

@@ -18,7 +18,7 @@ double energy(const PlayControls& controls) {
     scene.sources[0].signal = Source::Signal::noise;
     PlaybackOptions options;
     options.output = OutputFormat::mono;
-    PreparedScene prepared(scene, options, kRate_hz, false);
+    PreparedScene prepared(scene, options, false);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     double sum = 0;
     for (const float x : take(mixer, 100, [&](int block) {

@@ -23,7 +23,7 @@ const Vec3 kListener(1.4F, 1.5F, 1.6F);
 
 std::vector<float> mono_response(const Scene& scene, int frames) {
     const auto measured = measure(scene, MeasurementOptions{.frames = frames, .parameters = false});
-    ImpulseResponseOptions options;
+    OutputOptions options;
     options.sample_rate_hz = kRate_hz;
     options.output = OutputFormat::mono;
     return ImpulseResponses(*measured, options).response(0, 0)[0];

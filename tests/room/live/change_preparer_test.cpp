@@ -85,8 +85,8 @@ TEST_CASE("A change that has to be prepared for another rate is, unless a newer 
         std::unique_lock lock(constructed);
         const auto begin = [&](std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
             const std::lock_guard wait(constructed);
-            begun.emplace_back(number, prepared->sample_rate_hz);
-            if (prepared->sample_rate_hz == 44100) return true;
+            begun.emplace_back(number, prepared->options.sample_rate_hz);
+            if (prepared->options.sample_rate_hz == 44100) return true;
             changes->set_sample_rate(44100);
             if (has_newer) changes->request(scene, options, false);
             return false;

@@ -28,7 +28,7 @@ TEST_CASE(
     for (int block = 0; block < 400; ++block) {
         while (mixer.playbacks().reclaim()) ++back;
         if (block % 40 == 0 || (block > 200 && block < 230)) {
-            all.push_back(std::make_unique<PreparedScene>(scene, options, 48000, false));
+            all.push_back(std::make_unique<PreparedScene>(scene, options, false));
             begin(*all.back(), mixer);
         }
         if (block == 20) {

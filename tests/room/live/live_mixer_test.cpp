@@ -35,7 +35,7 @@ std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = fa
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(test::tone(), false)};
     before.start = start;
-    return std::make_unique<PreparedScene>(scene, mono(), kRate_hz, starts_anew, before);
+    return std::make_unique<PreparedScene>(scene, mono(), starts_anew, before);
 }
 
 Scene dry_room() {
@@ -160,7 +160,7 @@ TEST_CASE("A signal that begins abruptly or continues fades in, and an onset is 
         wave[0] = 0.1F;
     }
     before.signals = {std::make_shared<const Signal>(wave, true)};
-    PreparedScene room(scene, mono(), kRate_hz, c.anew, before);
+    PreparedScene room(scene, mono(), c.anew, before);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     const auto output = take(mixer, c.start_block + 70, [&](int block) {
         if (block == c.start_block) begin(room, mixer);
@@ -229,7 +229,7 @@ TEST_CASE("A requested duration of half a second is exact and ends without a cli
         Reusable before;
         before.sources = scene.sources;
         before.signals = {std::make_shared<const Signal>(test::tone(), false)};
-        PreparedScene room(scene, options, kRate_hz, true, before);
+        PreparedScene room(scene, options, true, before);
         LiveMixer mixer(kRate_hz, kTakeBlock, 1);
         return take(mixer, kSecond_blocks, [&](int block) {
             if (block == 0) begin(room, mixer);
@@ -259,7 +259,7 @@ TEST_CASE("Samples that are not finite are muted and counted, and later ones are
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(tone, false)};
-    PreparedScene prepared(scene, mono(), kRate_hz, false, before);
+    PreparedScene prepared(scene, mono(), false, before);
     const auto output = take(mixer, kSecond_blocks, [&](int block) {
         if (block == 0) begin(prepared, mixer);
     });
@@ -315,7 +315,7 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks are re
             Reusable before;
             before.sources = scene.sources;
             before.signals = {std::make_shared<const Signal>(std::vector<float>(48, 0.1F), true)};
-            all.push_back(std::make_unique<PreparedScene>(scene, mono(), kRate_hz, false, before));
+            all.push_back(std::make_unique<PreparedScene>(scene, mono(), false, before));
             begin(*all.back(), mixer);
         }
     });
@@ -327,7 +327,7 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks are re
     Reusable before;
     before.sources = one.sources;
     before.signals = {std::make_shared<const Signal>(std::vector<float>(48, 0.1F), true)};
-    PreparedScene alone(one, mono(), kRate_hz, false, before);
+    PreparedScene alone(one, mono(), false, before);
     const auto reference = take(near, kSecond_blocks, [&](int block) {
         if (block == 0) begin(alone, near);
     });

@@ -19,7 +19,7 @@ TEST_CASE("A recording contains every output sample of its time") {
     scene.sources[0].signal = Source::Signal::noise;
     PlaybackOptions options;
     options.output = OutputFormat::mono;
-    PreparedScene prepared(scene, options, kRate_hz, false);
+    PreparedScene prepared(scene, options, false);
     LiveMixer mixer(kRate_hz, kTakeBlock, 1);
     Monitor monitor(mixer, kRate_hz);
     CHECK_THROWS_AS(monitor.record(folder.path() / "no folder" / "heard.wav"), InputError);

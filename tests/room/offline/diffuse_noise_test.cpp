@@ -173,11 +173,15 @@ TEST_CASE("the reverberation of an array of microphones has the coherence sin(kd
                                {.frames = 8, .parameters = false});
     const auto first = measure(scene, scene.sources, std::span(microphones).first(1),
                                {.frames = 8, .parameters = false});
-    CHECK(
-        coherence(
-            windows_of(ImpulseResponses(*alone, {.sample_rate_hz = kRate_hz}).response(0)[0], 1600),
-            windows_of(ImpulseResponses(*first, {.sample_rate_hz = kRate_hz}).response(0)[0], 1600),
-            96, 250) > 0.9);
+    CHECK(coherence(windows_of(ImpulseResponses(*alone, {.sample_rate_hz = kRate_hz,
+                                                         .output = OutputFormat::mono})
+                                   .response(0)[0],
+                               1600),
+                    windows_of(ImpulseResponses(*first, {.sample_rate_hz = kRate_hz,
+                                                         .output = OutputFormat::mono})
+                                   .response(0)[0],
+                               1600),
+                    96, 250) > 0.9);
 }
 
 TEST_CASE("receivers beyond one set, and ears far apart, hear independent reverberation") {
@@ -188,7 +192,8 @@ TEST_CASE("receivers beyond one set, and ears far apart, hear independent reverb
     receivers[1].position.y -= 1.5F;
     const auto measured =
         measure(scene, scene.sources, receivers, {.frames = 1, .parameters = false});
-    const ImpulseResponses mono(*measured, {.sample_rate_hz = kRate_hz});
+    const ImpulseResponses mono(*measured,
+                                {.sample_rate_hz = kRate_hz, .output = OutputFormat::mono});
     const auto windows = [](const ImpulseResponses& responses, std::size_t receiver) {
         return windows_of(responses.response(0, receiver)[0], 1600);
     };

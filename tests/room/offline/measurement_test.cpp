@@ -390,7 +390,7 @@ TEST_CASE("The impulse response has the decay times of the report") {
     scene.materials[0].absorption = Bands::filled(0.1F);
     scene.simulation.rays = 200;
     scene.simulation.ir_length_s = 1.5F;
-    const ImpulseResponseOptions options;
+    const OutputOptions options{.output = OutputFormat::mono};
     constexpr int kSeeds = 4;
     for (const std::size_t band : {4U, 5U, 6U}) {
         const auto centre_hz = static_cast<double>(kBandCentres_hz[band]);

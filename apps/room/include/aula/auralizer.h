@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -11,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "aula/audio/output_format.h"
+#include "aula/audio/output_options.h"
 #include "aula/audio/realtime.h"
 #include "aula/engine/scene.h"
 
@@ -43,24 +42,13 @@ inline constexpr std::int64_t kNow = std::numeric_limits<std::int64_t>::min();
 class Auralizer;
 class LiveAuralizer;
 
-/// The settings of an Auralizer. They do not change during its life.
-struct AuralizerOptions {
+/// The settings of an Auralizer. They do not change during its life. The exact clock ignores
+/// OutputOptions::block.
+struct AuralizerOptions : OutputOptions {
     RenderClock clock = RenderClock::real_time;  ///< exact for files and tests
-    double sample_rate_hz = 48000;               ///< of inputs and outputs, 8000 to 384000
-    /// Samples processed together on the real-time clock, 1 to 8192, best the size of most calls.
-    /// Longer calls are divided; shorter ones cost more per sample. The exact clock ignores it.
-    int block = 256;
     /// Exact clock only: renders sample by sample without latency, at several times the cost.
     bool sample_by_sample = false;
-    OutputFormat output = OutputFormat::binaural;  ///< of each listener
-    int ambisonic_order = 1;     ///< of the reverberation in binaural output, 1 to 3
-    std::filesystem::path hrtf;  ///< SOFA file for binaural output; empty: MIT KEMAR
-    /// Sound file of an impulse response of at most 4 s with which binaural output is convolved:
-    /// one channel for both ears, or left and right; 1.0 is the gain 1, at any sample rate. Empty:
-    /// none.
-    std::filesystem::path headphones{};
-    bool half_precision_tail = false;  ///< late reverberation in half the memory, error -74 dB
-    std::size_t listeners = 1;         ///< number of listeners, at least 1; indices from 0
+    std::size_t listeners = 1;  ///< number of listeners, at least 1; indices from 0
     /// Largest number of sources that are present at the same time; at least that of the scene is
     /// used.
     std::size_t max_sources = 16;

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "aula/audio/output_format.h"
+#include "aula/audio/output_options.h"
 #include "aula/engine/bands.h"
 #include "aula/engine/energy_response.h"
 #include "aula/engine/scene.h"
@@ -22,7 +22,6 @@
 namespace aula {
 
 class BoxImages;
-class Hrtf;
 struct HeadphoneFilter;
 struct JoinedWaves;
 
@@ -199,17 +198,6 @@ std::vector<std::string> warnings_of(const Measurement& measurement);
 /// quality has no limit of work.
 MeasurementOptions within_budget(MeasurementOptions options, Quality quality);
 
-/// What impulse responses are.
-struct ImpulseResponseOptions {
-    double sample_rate_hz = 48000;             ///< 8000 to 384000
-    OutputFormat output = OutputFormat::mono;  ///< channels of each response
-    int ambisonic_order = 1;                   ///< of the reverberation in binaural output, 1 to 3
-    bool half_precision_tail = false;          ///< late reverberation with an error of -74 dB
-    int block = 256;               ///< samples rendered together, 1 to 8192; affects rounding only
-    std::filesystem::path hrtf{};  ///< SOFA file for binaural output; empty: MIT KEMAR
-    std::filesystem::path headphones{};  ///< of binaural output, see AuralizerOptions; empty: none
-};
-
 /// Makes impulse responses from a measurement, as a renderer plays them for a listener at rest.
 ///
 /// Several receivers are in one field: the omnidirectional reverberation of a source has the
@@ -220,15 +208,8 @@ struct ImpulseResponseOptions {
 class ImpulseResponses {
  public:
     /// Keeps a reference to the measurement. Reads the HRTF and the headphones for binaural output.
-    /// Throws InputError.
-    ImpulseResponses(const Measurement& measurement, const ImpulseResponseOptions& options);
-
-    /// The same with an HRTF, null unless the output is binaural, and headphones, null for none,
-    /// that have been read at the options' sample rate. `Hrtf` and `HeadphoneFilter` are internal
-    /// types.
-    ImpulseResponses(const Measurement& measurement, const ImpulseResponseOptions& options,
-                     std::shared_ptr<const Hrtf> hrtf,
-                     std::shared_ptr<const HeadphoneFilter> headphones = nullptr);
+    /// The block affects rounding only. Throws InputError.
+    ImpulseResponses(const Measurement& measurement, const OutputOptions& options);
     ~ImpulseResponses();
     ImpulseResponses(const ImpulseResponses&) = delete;
     ImpulseResponses& operator=(const ImpulseResponses&) = delete;

@@ -8,22 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "aula/audio/output_format.h"
+#include "aula/audio/output_options.h"
 #include "aula/auralizer.h"
 #include "aula/devices/device.h"
 #include "aula/engine/scene.h"
 
 namespace aula {
 
-/// The settings of a ScenePlayer. They do not change during its life.
-struct ScenePlayerOptions {
-    std::string device;             ///< as `wanted` of AudioDevice
-    double sample_rate_hz = 48000;  ///< another one is used if the device requires it
-    int block = 256;                ///< samples per callback, see AudioDevice
-    OutputFormat output = OutputFormat::binaural;  ///< channels of the device
-    int ambisonic_order = 1;                       ///< see AuralizerOptions
-    std::filesystem::path hrtf;                    ///< see AuralizerOptions
-    std::optional<double> duration_s;              ///< if absent: from the scene
+/// The settings of a ScenePlayer. They do not change during its life. If the device requires
+/// another sample rate, that is used. A block is what one callback of the device asks for.
+struct ScenePlayerOptions : OutputOptions {
+    std::string device{};                ///< as `wanted` of AudioDevice
+    std::optional<double> duration_s{};  ///< if absent: from the scene
     /// Reduces the rays of the scene until frames are computed within their period.
     bool reduces_rays = true;
 };
