@@ -9,7 +9,8 @@
 namespace aula {
 
 // At the start of a segment a level takes what the first level uses at that sample: a filter from
-// its exchange to the end of the next one's fade.
+// its exchange to the end of the next one's fade, or from the middle of one fade to that of the
+// next, within the rounding of the middle to a sample.
 std::vector<char> levels_in_use(const ConvolutionShape& shape, std::size_t fade_samples,
                                 std::int64_t first, std::int64_t next) {
     const std::vector<PartitionLevel> levels = partition_levels(shape);
@@ -19,9 +20,11 @@ std::vector<char> levels_in_use(const ConvolutionShape& shape, std::size_t fade_
     for (std::size_t l = 1; l < levels.size(); ++l) {
         const auto size = static_cast<std::int64_t>(levels[l].size);
         const auto lead = static_cast<std::int64_t>(lead_samples(shape, l));
+        const std::int64_t from = levels[l].blends() ? first : first + fade / 2 - 1;
+        const std::int64_t to = levels[l].blends() ? next + fade : next + fade / 2 + 1;
         // Segments start at multiples of the size less the lead.
-        const std::int64_t start = (first + lead + size - 1) / size * size - lead;
-        used[l] = start < next + fade ? 1 : 0;
+        const std::int64_t start = (from + lead + size - 1) / size * size - lead;
+        used[l] = start < to ? 1 : 0;
     }
     return used;
 }
@@ -48,7 +51,11 @@ Convolver& Convolver::operator=(Convolver&&) noexcept = default;
 
 bool Convolver::fading() const noexcept { return state_->head.fading(); }
 
-std::size_t Convolver::max_filters() const noexcept { return 2 + 4 * state_->tails.size(); }
+std::size_t Convolver::max_filters() const noexcept {
+    std::size_t filters = 2;
+    for (const TailLevel& tail : state_->tails) filters += tail.max_filters();
+    return filters;
+}
 
 void Convolver::exchange(const ConvolutionFilter* filter) noexcept {
     assert(filter != nullptr);

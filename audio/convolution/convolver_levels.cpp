@@ -284,7 +284,7 @@ void TailLevel::process(std::span<const float* const> inputs, std::span<float* c
 
 void TailLevel::start_segment(const FilterBlend& newest) noexcept {
     history_.advance();
-    next_ = newest;
+    next_ = level_.blends() ? newest : newest.nearer();
     sums_.collect(history_, current_, next_, 0, level_.count);
     const std::size_t filters = sums_.product_count() == 0 ? 0 : sums_.differs() ? 2 : 1;
     output_tasks_ = outputs_ * filters * transform_.steps();

@@ -41,6 +41,9 @@ struct FilterBlend {
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
         return filter == from || filter == to;
     }
+
+    /// The filter of more weight alone.
+    FilterBlend nearer() const noexcept AULA_NONBLOCKING { return {weight < 0.5F ? from : to}; }
 };
 
 /// Sums of products of spectra at one level for what fades out, `current`, and what fades in,
@@ -149,9 +152,9 @@ class HeadLevel {
 /// A level whose latency is two segments of one partition's length each: a segment of input is
 /// received, then convolved while the next one is received, and its output is played in the segment
 /// after that. The work is divided into small tasks at an even pace. The output computed in a
-/// segment crossfades to the blend that the first level uses at the start of that segment: it
-/// follows the exchanges of the first level, two segments later and in straight lines. No two
-/// levels start segments in the same block.
+/// segment crossfades to the blend that the first level uses at the start of that segment, or to
+/// the nearer filter of it (PartitionLevel::blends()): it follows the exchanges of the first level,
+/// two segments later and in straight lines. No two levels start segments in the same block.
 class TailLevel {
  public:
     TailLevel(const ConvolutionShape& shape, const PartitionLevel& level, std::size_t index);
@@ -162,6 +165,9 @@ class TailLevel {
     bool uses(const ConvolutionFilter* filter) const noexcept AULA_NONBLOCKING {
         return current_.uses(filter) || next_.uses(filter);
     }
+
+    /// The most filters in use at a time.
+    std::size_t max_filters() const noexcept { return level_.blends() ? 4 : 2; }
 
     /// Adds to samples [offset, offset + samples) of the outputs, not beyond the end of a segment.
     /// The next segment uses `newest`.

@@ -16,9 +16,6 @@ namespace {
 constexpr std::size_t kSmallest = 16;
 constexpr std::size_t kLargest = 8192;
 
-// A segment follows the exchanges of filters once.
-constexpr std::size_t kQuickPartition = 1024;
-
 /// Levels of the given sizes. Each starts at its earliest tap and ends where the next one starts.
 std::vector<PartitionLevel> levels_of(const ConvolutionShape& shape,
                                       const std::vector<std::size_t>& sizes) {

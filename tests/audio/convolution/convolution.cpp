@@ -115,7 +115,9 @@ double ExchangePlan::weight(std::size_t level, std::size_t filter, std::size_t s
     const std::size_t segment = (sample + lead) / size;
     const auto taken = [&](std::size_t before) {
         if (segment <= before) return filter == 0 ? 1.0 : 0.0;
-        return head_weight(filter, (segment - before) * size - lead);
+        const double w = head_weight(filter, (segment - before) * size - lead);
+        if (levels_[level].blends()) return w;
+        return w >= 0.5 ? 1.0 : 0.0;
     };
     const double w = faded(sample + lead - segment * size, size);
     return (1 - w) * taken(2) + w * taken(1);
