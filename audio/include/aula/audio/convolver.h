@@ -107,10 +107,11 @@ class FilterTransform {
 ///
 /// A filter is exchanged by crossfades between the outputs of the old and the new filter, each
 /// computed from the whole history of the inputs. The first level fades from the next sample on.
-/// The others follow it two of their partitions later, in a straight line over each partition. The
-/// weights are straight lines with rounded corners: where filters are exchanged without a pause,
-/// and each differs a little from the one before, the response changes at a steady rate. Until the
-/// first exchange the output is silent.
+/// The others follow it two of their partitions later, in a straight line over each partition,
+/// those with partitions of more than 1024 taps from one filter to another one. The weights are
+/// straight lines with rounded corners: where filters are exchanged without a pause, and each
+/// differs a little from the one before, the response changes at a steady rate. Until the first
+/// exchange the output is silent.
 ///
 /// All functions but the constructor are for the audio thread: they are wait-free.
 class Convolver {
