@@ -232,24 +232,10 @@ bool SharedRoom::wait_until(FrameClock::Clock::time_point time) {
     return !changed_.wait_until(lock, time, [this] { return stop_; });
 }
 
-/// At each frame time publishes the frame computed before it, then computes the next.
 void SharedRoom::run() {
-    using Clock = FrameClock::Clock;
-    const double frame_s = 1 / static_cast<double>(scene_.simulation.frame_rate_hz);
-    FrameClock clock(Clock::now());
+    FrameClock clock(FrameClock::Clock::now());
     try {
-        for (;;) {
-            clock.next(frame_s);
-            if (!wait_until(clock.due())) return;
-            publish();
-            clock.skip_missed(Clock::now());
-            if (!wait_until(clock.begin())) return;
-            const auto begin = Clock::now();
-            const bool computed = compute(clock.time_s());
-            took_s_ = std::chrono::duration<double>(Clock::now() - begin).count();
-            clock.took(took_s_);
-            if (computed && length_->add(took_s_, frame_s)) make_way();
-        }
+        run_frames(clock, 1 / double{scene_.simulation.frame_rate_hz}, *this);
     } catch (...) {
         {
             const std::lock_guard lock(entry_->mutex);
@@ -261,10 +247,19 @@ void SharedRoom::run() {
     heard_.notify_all();
 }
 
-void SharedRoom::publish() {
+bool SharedRoom::publish_frame(FrameClock& /*clock*/) {
     const std::lock_guard lock(mutex_);
     for (GroupVoice* const voice : voices_) voice->publish();
     heard_.notify_all();
+    return true;
+}
+
+double SharedRoom::compute_frame(FrameClock& clock) {
+    const auto begin = FrameClock::Clock::now();
+    const bool computed = compute(clock.time_s());
+    took_s_ = std::chrono::duration<double>(FrameClock::Clock::now() - begin).count();
+    if (computed && length_->add(took_s_, 1 / double{scene_.simulation.frame_rate_hz})) make_way();
+    return took_s_;
 }
 
 /// Has all instances leave for a room whose responses have another length.

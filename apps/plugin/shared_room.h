@@ -57,7 +57,7 @@ struct GroupKey {
 /// one propagation with a source for each of them, so that they share geometry, patches and rays,
 /// and one propagation thread. The listener's place is that of most instances; an instance whose
 /// listener stays elsewhere is told to leave for another room.
-class SharedRoom {
+class SharedRoom : private LiveFrames {
  public:
     /// The room of a group for an instance with these controls: the present one for the place of
     /// its listener, or a new one. `load` returns the scene if the group has no room yet, or only
@@ -66,7 +66,7 @@ class SharedRoom {
     static std::shared_ptr<SharedRoom> join(const GroupKey& key, const ControlValues& values,
                                             const std::function<Scene()>& load);
 
-    ~SharedRoom();
+    ~SharedRoom() override;
     SharedRoom(const SharedRoom&) = delete;
     SharedRoom& operator=(const SharedRoom&) = delete;
 
@@ -101,10 +101,11 @@ class SharedRoom {
 
     void build();
     void run();
-    bool wait_until(FrameClock::Clock::time_point time);
+    bool wait_until(FrameClock::Clock::time_point time) override;
+    bool publish_frame(FrameClock& clock) override;
+    double compute_frame(FrameClock& clock) override;
     bool compute(double time_s);
     void make_way();
-    void publish();
     void choose_place();
     bool has_older_twin() const;
 

@@ -122,8 +122,8 @@ void RealTimePlayback::follow(std::function<double()> played_s,
     after_frame_ = std::move(after_frame);
 }
 
-/// At each frame time publishes the frame computed since the previous one, then computes the next.
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
+    auralizer_ = &auralizer;
     double earliest_s = 0;
     if (computer_.status().frames == 0) {
         const double time_s = played_s();
@@ -140,24 +140,25 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
         const std::lock_guard lock(mutex_);
         running_ = true;
     }
-    for (ListenerFrames computed;;) {
-        clock.next(computer_.config().frame_s);
-        if (!wait_until(clock.due())) return;
-        if (!computed.empty()) publish(std::exchange(computed, {}));
-        if (!wait_out_pause(clock)) return;
-        const std::uint64_t missed = clock.skip_missed(Clock::now());
-        if (missed > 0) computer_.count_skipped_frames(missed);
-        if (!wait_until(clock.begin())) return;
-        frame_due_ns_ = clock.due().time_since_epoch().count();
-        call_before_frame(auralizer, rendered_.load(), clock.time_s());
-        const auto begin = Clock::now();
-        computed = compute(clock.time_s());
-        clock.took(std::chrono::duration<double>(Clock::now() - begin).count());
-        if (after_frame_)
-            after_frame_(computer_.maker(),
-                         std::chrono::duration<double>(clock.end() - Clock::now()).count());
-        clock.follow(played_s(), Clock::now());
-    }
+    run_frames(clock, computer_.config().frame_s, *this);
+}
+
+bool RealTimePlayback::publish_frame(FrameClock& clock) {
+    if (!computed_.empty()) publish(std::exchange(computed_, {}));
+    return wait_out_pause(clock);
+}
+
+double RealTimePlayback::compute_frame(FrameClock& clock) {
+    frame_due_ns_ = clock.due().time_since_epoch().count();
+    call_before_frame(*auralizer_, rendered_.load(), clock.time_s());
+    const auto begin = Clock::now();
+    computed_ = compute(clock.time_s());
+    const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    if (after_frame_)
+        after_frame_(computer_.maker(),
+                     std::chrono::duration<double>(clock.end() - Clock::now()).count());
+    clock.follow(played_s(), Clock::now());
+    return took_s;
 }
 
 void RealTimePlayback::publish(ListenerFrames frames) {

@@ -21,7 +21,7 @@ struct HeadPose {
 
 /// Plays a room on the real-time clock: frames are computed at regular times, and the renderer
 /// takes the newest frame, routes and head poses from mailboxes.
-class RealTimePlayback : public RoomPlayback {
+class RealTimePlayback : public RoomPlayback, private LiveFrames {
  public:
     RealTimePlayback(const Scene& scene, const AuralizerOptions& options,
                      std::shared_ptr<const Hrtf> hrtf);
@@ -59,7 +59,10 @@ class RealTimePlayback : public RoomPlayback {
     std::int64_t pose_ns() const override;
     void publish_routes();
 
-    bool wait_until(Clock::time_point time);
+    bool wait_until(Clock::time_point time) override;
+    bool publish_frame(FrameClock& clock) override;
+    void skip_frames(std::uint64_t count) override { computer_.count_skipped_frames(count); }
+    double compute_frame(FrameClock& clock) override;
     bool wait_out_pause(FrameClock& clock);
     double played_s() const;
     ListenerFrames compute(double time_s);
@@ -70,6 +73,8 @@ class RealTimePlayback : public RoomPlayback {
     std::function<double()> sound_time_s_;  ///< that frames follow; empty: the rendered time
     std::function<void(const FrameMaker&, double spare_s)> after_frame_;
     std::int64_t frame_due_ns_ = 0;  ///< due time of the present frame
+    Auralizer* auralizer_ = nullptr;
+    ListenerFrames computed_;  ///< not yet published; empty: none
 
     // Used by the rendering thread.
     std::int64_t head_pose_ns_ = 0;  ///< of the first listener's newest pose

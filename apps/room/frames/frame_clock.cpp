@@ -65,4 +65,15 @@ void FrameClock::follow(double played_s, Clock::time_point now) {
     zero_ -= duration_of((lost ? 1 : kCorrection) * ahead_s);
 }
 
+void run_frames(FrameClock& clock, double frame_s, LiveFrames& frames) {
+    for (;;) {
+        clock.next(frame_s);
+        if (!frames.wait_until(clock.due()) || !frames.publish_frame(clock)) return;
+        if (const std::uint64_t missed = clock.skip_missed(FrameClock::Clock::now()); missed > 0)
+            frames.skip_frames(missed);
+        if (!frames.wait_until(clock.begin())) return;
+        clock.took(frames.compute_frame(clock));
+    }
+}
+
 }  // namespace aula

@@ -14,8 +14,6 @@ constexpr double kChangeFade_s = 0.05;
 /// Fade-in of a signal that begins abruptly.
 constexpr double kOnsetFade_s = 0.02;
 
-constexpr double kPauseFade_s = 0.02;
-
 /// Duration of the output that the ring holds for its reader.
 constexpr double kOutputRing_s = 2;
 
@@ -142,7 +140,7 @@ LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels, dou
       interleaved_(static_cast<std::size_t>(block) * channels),
       output_ring_(static_cast<std::size_t>(kOutputRing_s * sample_rate_hz) * channels),
       position_(std::llround(begin_s * sample_rate_hz)),
-      pause_fade_(to_samples(kPauseFade_s, rate_hz_)) {}
+      pause_(sample_rate_hz, block) {}
 
 LiveMixer::~LiveMixer() {
     if (playing_ != nullptr) playbacks_.give_back(playing_);
@@ -154,9 +152,12 @@ LiveMixer::~LiveMixer() {
 void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
     const std::int64_t before_ns = std::exchange(called_ns_, clock_ns());
     if (before_ns != 0) call_interval_.add(called_ns_ - before_ns);
-    for (int done = 0; done < samples; done += block_) {
+    for (int done = 0; done < samples;) {
+        const int left = std::min(block_, samples - done);
+        const int part = pause_.advance(outputs, done, left);
         for (std::size_t c = 0; c < channels_; ++c) output_pointers_[c] = outputs[c] + done;
-        render_block(output_pointers_, std::min(block_, samples - done));
+        if (part > 0) render_block(output_pointers_, part);
+        done += part > 0 ? part : left;
     }
 }
 
@@ -199,29 +200,7 @@ void LiveMixer::give_back_ended() noexcept {
     if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
 }
 
-/// Advances the fade of a pause.
-void LiveMixer::fade_pause(std::span<float* const> outputs, int samples) noexcept {
-    const bool paused = paused_.load(std::memory_order_relaxed);
-    if (paused != fading_out_) {
-        fading_out_ = paused;
-        pause_fade_.reverse();
-    }
-    const auto count = static_cast<std::size_t>(samples);
-    for (float* channel : outputs) {
-        if (fading_out_)
-            pause_fade_.fade_out({channel, count});
-        else if (!pause_fade_.done())
-            pause_fade_.fade_in({channel, count});
-    }
-    pause_fade_.advance(count);
-    silent_.store(fading_out_ && pause_fade_.done(), std::memory_order_relaxed);
-}
-
 void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
-    if (silent_.load(std::memory_order_relaxed) && paused_.load(std::memory_order_relaxed)) {
-        for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
-        return;
-    }
     const std::int64_t now_ns = clock_ns();
     change_playback();
     const std::int64_t position = position_.load(std::memory_order_relaxed);
@@ -235,7 +214,8 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
     give_back_ended();
 
     limiter_.process(outputs, samples);
-    fade_pause(outputs, samples);
+    const std::span<const float> weights = pause_.weights(samples);
+    for (float* const channel : outputs) apply_weights(weights, channel);
     const float peak = std::max(largest(outputs, samples), peak_.load(std::memory_order_relaxed));
     peak_.store(peak, std::memory_order_relaxed);
     const float gain = std::min(limiter_.min_gain(), limiter_gain_.load(std::memory_order_relaxed));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/room/auralizer/live_auralizer.h"
+#include "apps/room/auralizer/pause_fade.h"
 #include "apps/room/base/latency.h"
 #include "apps/room/frames/signals.h"
 #include "apps/room/frames/timeline.h"
@@ -117,8 +118,8 @@ class LiveMixer {
     std::size_t channels() const { return channels_; }
 
     /// Fades to silence, which stops the time, and back. [any thread]
-    void pause(bool paused) { paused_.store(paused); }
-    bool silent() const { return silent_.load(); }  ///< the fade to a pause is complete
+    void pause(bool paused) { pause_.set_paused(paused); }
+    bool silent() const { return pause_.silent(); }
 
     /// Latencies from a frame's stamp, and from a head pose, to the block that takes it. [any
     /// thread]
@@ -133,7 +134,6 @@ class LiveMixer {
 
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void count_latencies(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
-    void fade_pause(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void change_playback() noexcept AULA_NONBLOCKING;
     void give_back_ended() noexcept AULA_NONBLOCKING;
 
@@ -154,10 +154,7 @@ class LiveMixer {
     std::atomic<std::int64_t> position_ = 0;
     std::atomic<float> peak_ = 0;
     std::atomic<float> limiter_gain_ = 1;
-    std::atomic<bool> paused_ = false;
-    std::atomic<bool> silent_ = false;
-    Fade pause_fade_;
-    bool fading_out_ = false;         ///< otherwise fading in
+    PauseFade pause_;
     std::int64_t frame_pose_ns_ = 0;  ///< of the newest frame
     std::int64_t head_pose_ns_ = 0;   ///< of the newest head
     LatencyCounts frame_latency_;
