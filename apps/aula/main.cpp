@@ -15,7 +15,7 @@
 #include "aula/devices/device.h"
 #include "aula/engine/scene_file.h"
 #include "aula/exception.h"
-#include "engine/rays/ray_library.h"
+#include "engine/rays/ray_scene.h"
 
 namespace aula {
 

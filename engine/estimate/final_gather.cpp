@@ -6,6 +6,7 @@
 
 #include "engine/base/air_attenuation.h"
 #include "engine/base/sampling.h"
+#include "engine/rays/follow_rays.h"
 #include "engine/rays/wall_crossing.h"
 #include "engine/trace/resampling.h"
 
@@ -41,33 +42,38 @@ struct MirrorRay {
     RandomStream random;
 };
 
-/// Rays of a batch that have just left a surface.
-struct Departures {
-    std::vector<MirrorRay> rays;      ///< of those that have passed no wall
-    std::vector<MirrorRay> behind;    ///< of those that have
-    std::vector<WallEntry> entries;   ///< where rays meet walls that transmit
-    std::vector<MirrorRay> entering;  ///< [entry] with the weight at the wall
-    std::vector<WallExit> exits;      ///< [entry]
-    Resampler resampler;
-    Thinning thinning;
-
-    void clear() {
-        rays.clear();
-        behind.clear();
-        entries.clear();
-        entering.clear();
+/// Rays of a batch at walls that transmit. Their number is limited as that of emitted paths.
+class WallPassages {
+ public:
+    /// Adds a ray with its weight at a wall.
+    void enter(const MirrorRay& ray, const WallEntry& at) {
+        rays_.push_back(ray);
+        entries_.push_back(at);
     }
+
+    /// Continues all rays straight on. `rays` ends with those that have passed walls before.
+    void pass(const RayScene& scene, float max_length_m, std::uint64_t seed,
+              std::vector<MirrorRay>& rays);
+
+ private:
+    std::vector<WallEntry> entries_;
+    std::vector<MirrorRay> rays_;  ///< [entry]
+    std::vector<WallExit> exits_;  ///< [entry]
+    Resampler resampler_;
+    Thinning thinning_;
 };
 
-/// Continues rays straight on through walls. Their number is limited as that of emitted paths.
-void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
-                Departures& departures) {
-    if (departures.entries.empty()) return;
-    find_wall_exits(scene, departures.entries, departures.exits);
-    std::vector<MirrorRay>& behind = departures.behind;
-    for (std::size_t i = 0; i < departures.exits.size(); ++i) {
-        const WallExit& exit = departures.exits[i];
-        MirrorRay r = departures.entering[i];
+void WallPassages::pass(const RayScene& scene, float max_length_m, std::uint64_t seed,
+                        std::vector<MirrorRay>& rays) {
+    if (entries_.empty()) return;
+    const auto first =
+        std::find_if(rays.begin(), rays.end(), [](const MirrorRay& r) { return r.crossings > 0; });
+    std::vector<MirrorRay> behind(first, rays.end());
+    rays.erase(first, rays.end());
+    find_wall_exits(scene, entries_, exits_);
+    for (std::size_t i = 0; i < exits_.size(); ++i) {
+        const WallExit& exit = exits_[i];
+        MirrorRay r = rays_[i];
         const Bands share = exit.wall.transmission * complement(exit.wall.scattering);
         r.weight *= share;
         if (!(r.weight.max() > 0)) continue;
@@ -80,26 +86,24 @@ void pass_walls(const RayScene& scene, float max_length_m, std::uint64_t seed,
         r.random = RandomStream(derive_seed(r.random.state(), r.crossings));
         behind.push_back(r);
     }
+    entries_.clear();
+    rays_.clear();
     std::vector<Bands> weights;
     std::vector<std::uint32_t> crossings;
+    double energy = 0;
     for (const MirrorRay& r : behind) {
         weights.push_back(r.weight);
         crossings.push_back(r.crossings);
+        energy += double{r.weight.sum()};
     }
-    double energy = 0;
-    for (const Bands& of_ray : weights) energy += double{of_ray.sum()};
-    Thinning& thinning = departures.thinning;
     const float factor =
-        thinning.next(energy, double{RandomStream(derive_seed(seed, kRoulette)).uniform()});
-    std::vector<MirrorRay> kept;
-    if (factor > 0) {
-        for (const Resampler::Survivor& survivor :
-             departures.resampler.choose(weights, crossings, thinning.places(), seed)) {
-            kept.push_back(behind[survivor.index]);
-            kept.back().weight *= factor * survivor.factor;
-        }
+        thinning_.next(energy, double{RandomStream(derive_seed(seed, kRoulette)).uniform()});
+    if (!(factor > 0)) return;
+    for (const Resampler::Survivor& survivor :
+         resampler_.choose(weights, crossings, thinning_.places(), seed)) {
+        rays.push_back(behind[survivor.index]);
+        rays.back().weight *= factor * survivor.factor;
     }
-    behind = std::move(kept);
 }
 
 /// Adds the energy that arrives by one hit, times `scale`. Returns the number of bins added.
@@ -184,15 +188,15 @@ FinalGather::FinalGather(const RayScene& scene, const PatchGrid& grid, const Emi
 
 void FinalGather::trace(std::size_t batch) {
     Batch& traced = batches_[batch];
-    trace(batch, traced.hits,
-          [&](const std::vector<Ray>& rays) { traced.segments += rays.size(); });
+    std::uint64_t segments = 0;
+    trace(batch, traced.hits, [&](const Ray&) { ++segments; });
+    traced.segments = segments;
     if (--batches_left_ > 0) return;
     hits_ = joined_by_patch(batches_, grid_.size(), grid_.patch_size_m());
     for (Batch& joined : batches_) joined.hits = {};
 }
 
-/// Traces a batch reflection by reflection; the lanes hold the next segment of every ray. `sent` is
-/// called with each set of lanes.
+/// Traces a batch reflection by reflection. `sent` is called with each segment.
 template <typename Sent>
 void FinalGather::trace(std::size_t batch, std::vector<GatherHit>& out, const Sent& sent) const {
     const ScrambledSobol sobol(derive_seed(frame_seed_, 1));
@@ -208,65 +212,55 @@ void FinalGather::trace(std::size_t batch, std::vector<GatherHit>& out, const Se
         r.late = static_cast<float>(i) < kLateShare * static_cast<float>(settings_.rays);
         rays.push_back(r);
     }
-    std::vector<Ray> queries;
-    std::vector<Hit> hits;
-    Departures next;
-    next.rays.reserve(kBatchRays);
-    for (std::uint64_t reflections = 0; !rays.empty(); ++reflections) {
-        queries.clear();
-        for (const MirrorRay& r : rays) queries.push_back(r.ray);
-        hits.resize(rays.size());
-        scene_.intersect(queries, hits);
-        sent(queries);
-        next.clear();
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (!hits[i].any()) continue;
-            MirrorRay r = rays[i];
-            const Vec3 direction = r.ray.direction;
-            const Vec3 normal = scene_.facing_normal(hits[i], direction);
-            const float cosine = -glm::dot(direction, normal);
-            const RayScene::PointOff at = RayScene::point_off(hits[i].distance_m, cosine);
-            const Vec3 point = r.ray.origin + at.along_m * direction + at.off_m * normal;
-            const std::uint32_t index = scene_.surface(hits[i].triangle).material;
-            const Material& material = scene_.material(index);
-            r.length_m += hits[i].distance_m;
-            r.weight *= transmission(settings_.attenuation_per_m, hits[i].distance_m);
-            // Mirrors count as well where they share a patch with a scattering surface.
-            const PatchGrid::Radiator radiator =
-                grid_.find_radiator(hits[i].triangle, point, normal);
-            if (radiator.row != PatchGrid::kNone) {
-                // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A).
-                // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
-                // 4 pi / M * B / (pi A) = 4 / (M A) * B.
-                const float factor = 4 / static_cast<float>(settings_.rays) * radiator.per_m2;
-                out.push_back({radiator.row, r.length_m, DirectionMoments::of(r.first_direction),
-                               r.weight * factor, r.late});
-            }
-            if (!settings_.mirrors) continue;
-            if (scene_.transmits(index)) {
-                const RayScene::PointOff beyond =
-                    RayScene::point_beyond(hits[i].distance_m, cosine);
-                next.entries.push_back(
-                    {hits[i], r.ray.origin + beyond.along_m * direction + beyond.off_m * normal,
-                     normal});
-                next.entering.push_back(r);
-            }
-            r.weight *= complement(material.scattering) * complement(material.absorption);
-            const float strongest = r.weight.max();
-            if (!(strongest > 0)) continue;
-            if (strongest < r.roulette_weight) {
-                const float survival = strongest / r.roulette_weight;
-                if (!(r.random.uniform() < survival)) continue;
-                r.weight *= 1 / survival;
-            }
-            r.ray = {point, mirror(direction, normal), settings_.max_length_m - r.length_m};
-            (r.crossings > 0 ? next.behind : next.rays).push_back(r);
+    WallPassages walls;
+    const auto segment = [&](const MirrorRay& r) {
+        sent(r.ray);
+        return r.ray;
+    };
+    const auto meet = [&](MirrorRay& r, const Ray& ray, const Hit& hit) {
+        if (!hit.any()) return false;
+        const Vec3& direction = ray.direction;
+        const Vec3 normal = scene_.facing_normal(hit, direction);
+        const float cosine = -glm::dot(direction, normal);
+        const RayScene::PointOff at = RayScene::point_off(hit.distance_m, cosine);
+        const Vec3 point = ray.origin + at.along_m * direction + at.off_m * normal;
+        const std::uint32_t index = scene_.surface(hit.triangle).material;
+        const Material& material = scene_.material(index);
+        r.length_m += hit.distance_m;
+        r.weight *= transmission(settings_.attenuation_per_m, hit.distance_m);
+        // Mirrors count as well where they share a patch with a scattering surface.
+        const PatchGrid::Radiator radiator = grid_.find_radiator(hit.triangle, point, normal);
+        if (radiator.row != PatchGrid::kNone) {
+            // A patch of area A that radiates B by Lambert's law has the radiance B / (pi A).
+            // Fluence is radiance times solid angle, 4 pi / M for each of M rays:
+            // 4 pi / M * B / (pi A) = 4 / (M A) * B.
+            const float factor = 4 / static_cast<float>(settings_.rays) * radiator.per_m2;
+            out.push_back({radiator.row, r.length_m, DirectionMoments::of(r.first_direction),
+                           r.weight * factor, r.late});
         }
-        pass_walls(scene_, settings_.max_length_m, derive_seed(frame_seed_, 3, batch, reflections),
-                   next);
-        rays.swap(next.rays);
-        rays.insert(rays.end(), next.behind.begin(), next.behind.end());
-    }
+        if (!settings_.mirrors) return false;
+        if (scene_.transmits(index)) {
+            const RayScene::PointOff beyond = RayScene::point_beyond(hit.distance_m, cosine);
+            walls.enter(
+                r, {hit, ray.origin + beyond.along_m * direction + beyond.off_m * normal, normal});
+        }
+        r.weight *= complement(material.scattering) * complement(material.absorption);
+        const float strongest = r.weight.max();
+        if (!(strongest > 0)) return false;
+        if (strongest < r.roulette_weight) {
+            const float survival = strongest / r.roulette_weight;
+            if (!(r.random.uniform() < survival)) return false;
+            r.weight *= 1 / survival;
+        }
+        r.ray = {point, mirror(direction, normal), settings_.max_length_m - r.length_m};
+        return true;
+    };
+    std::uint64_t reflections = 0;
+    follow_rays(scene_, rays, segment, meet, [&] {
+        walls.pass(scene_, settings_.max_length_m, derive_seed(frame_seed_, 3, batch, reflections),
+                   rays);
+        ++reflections;
+    });
 }
 
 std::uint64_t FinalGather::segments() const {
@@ -279,9 +273,7 @@ std::vector<Ray> FinalGather::rays() const {
     std::vector<Ray> all;
     std::vector<GatherHit> unused;
     for (std::size_t i = 0; i < batch_count(); ++i) {
-        trace(i, unused, [&](const std::vector<Ray>& sent) {
-            all.insert(all.end(), sent.begin(), sent.end());
-        });
+        trace(i, unused, [&](const Ray& sent) { all.push_back(sent); });
     }
     return all;
 }

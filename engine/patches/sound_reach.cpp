@@ -4,6 +4,7 @@
 
 #include "engine/base/sampling.h"
 #include "engine/base/tolerances.h"
+#include "engine/rays/follow_rays.h"
 #include "engine/rays/room_survey.h"
 
 namespace aula {
@@ -86,29 +87,22 @@ void SoundReach::test(std::span<const SurfaceSample> samples, std::span<char> re
         rays[i] = {samples[i].point + kAbove_m * n, -n, 2 * kAbove_m};
     }
     scene_.intersect(rays, hits);
-    std::vector<std::size_t> open;  // samples that have not reached the sound yet
+    struct Attempt {
+        std::size_t sample = 0;
+        int left = kReachAttempts;
+    };
+    std::vector<Attempt> open;  // of samples that have not reached the sound yet
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (hits[i].triangle == samples[i].triangle) open.push_back(i);
+        if (hits[i].triangle == samples[i].triangle) open.push_back({i});
     }
-    for (int attempt = 0; attempt < kReachAttempts && !open.empty(); ++attempt) {
-        rays.resize(open.size());
-        hits.resize(open.size());
-        for (std::size_t i = 0; i < open.size(); ++i) {
-            const SurfaceSample& sample = samples[open[i]];
-            rays[i] = {sample.nudged_off_surface(),
-                       lambert_direction(sample.normal, random.uniform_2d())};
-        }
-        scene_.intersect(rays, hits);
-        std::size_t left = 0;
-        for (std::size_t i = 0; i < open.size(); ++i) {
-            if (has_sound(rays[i], hits[i])) {
-                reached[open[i]] = 1;
-            } else {
-                open[left++] = open[i];
-            }
-        }
-        open.resize(left);
-    }
+    const auto segment = [&](const Attempt& attempt) -> Ray {
+        const SurfaceSample& sample = samples[attempt.sample];
+        return {sample.nudged_off_surface(), lambert_direction(sample.normal, random.uniform_2d())};
+    };
+    follow_rays(scene_, open, segment, [&](Attempt& attempt, const Ray& ray, const Hit& hit) {
+        if (has_sound(ray, hit)) reached[attempt.sample] = 1;
+        return !reached[attempt.sample] && --attempt.left > 0;
+    });
 }
 
 /// True if a ray ends where sound is: in the open, on a marked patch or on a moving object.

@@ -21,7 +21,6 @@
 #include "aula/exception.h"
 #include "engine/base/mix64.h"
 #include "engine/base/tolerances.h"
-#include "engine/rays/ray_library.h"
 
 namespace aula {
 

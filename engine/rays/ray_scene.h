@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "aula/engine/scene.h"
@@ -213,5 +214,8 @@ class RayScene {
     bool transmits_ = false;
     std::vector<std::optional<std::uint32_t>> own_material_;  ///< [object] by set_material
 };
+
+/// Name and version of the library that traces rays in a RayScene, as "Embree 4.3.3".
+std::string ray_library();
 
 }  // namespace aula

@@ -11,6 +11,7 @@
 #include "aula/engine/room_acoustics.h"
 #include "engine/base/sampling.h"
 #include "engine/base/tolerances.h"
+#include "engine/rays/follow_rays.h"
 #include "engine/rays/wall_crossing.h"
 
 namespace aula {
@@ -40,6 +41,17 @@ Vec3 start_after(const Vec3& begin, const Vec3& end, const Vec3& facing_normal) 
     return end + share * back;
 }
 
+struct Walk {
+    Ray ray{};       ///< of the next piece of a segment
+    Vec3 begin{0};   ///< of the segment, before it passed any object
+    Hit passed{};    ///< the first hit that it passed
+    Vec3 start{0};   ///< of the walk
+    int pieces = 0;  ///< of all segments
+    int reflections = 0;
+    int counted = 0;  ///< of them
+    RandomStream random{};
+};
+
 /// Index of the triangle side that a ray hits.
 std::size_t side_of(const RayScene& scene, const Ray& ray, const Hit& hit) {
     const bool front = glm::dot(scene.surface(hit.triangle).normal, ray.direction) <= 0;
@@ -52,77 +64,50 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                         const RandomWalks& walks,
                         const std::function<void(int, const Ray&, const Hit&)>& visit) {
     if (inside.empty()) return;
-    const auto count = static_cast<std::size_t>(walks.paths);
-    std::vector<Ray> rays(count);
-    std::vector<Vec3> begin(count);  // of the segment, before it passed any object
-    std::vector<Hit> passed(count);  // the first hit that it passed
-    std::vector<RandomStream> random(count);
-    std::vector<int> reflections(count, 0);
-    std::vector<int> counted(count, 0);  // of them
-    std::vector<Vec3> start(count);
-    std::vector<Hit> hits(count);
+    std::vector<Walk> alive(static_cast<std::size_t>(walks.paths));
     const ScrambledSobol sobol(walks.seed);
-    for (std::size_t i = 0; i < count; ++i) {
-        random[i] = RandomStream(derive_seed(walks.seed, i));
-        rays[i] = {inside[i % inside.size()],
-                   uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
-        begin[i] = start[i] = rays[i].origin;
+    for (std::size_t i = 0; i < alive.size(); ++i) {
+        Walk& walk = alive[i];
+        walk.random = RandomStream(derive_seed(walks.seed, i));
+        walk.ray = {inside[i % inside.size()],
+                    uniform_direction(sobol.point(static_cast<std::uint32_t>(i)))};
+        walk.begin = walk.start = walk.ray.origin;
     }
     std::vector<WallExit> exits;
-    for (int piece = 0; piece < kMaxPieces * walks.bounces && !rays.empty(); ++piece) {
-        hits.resize(rays.size());
-        scene.intersect(rays, hits);
-        std::size_t alive = 0;
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            const Vec3 direction = rays[i].direction;
-            if (walks.through_moving && hits[i].any() &&
-                scene.moves(scene.triangle(hits[i].triangle))) {
-                const Vec3 through = scene.facing_normal(hits[i], direction);
-                rays[alive] = {
-                    scene.point(hits[i], direction) - 2 * tolerances::kOffset_m * through,
-                    direction};
-                begin[alive] = begin[i];
-                passed[alive] = passed[i].any() ? passed[i] : hits[i];
-            } else {
-                Hit hit = hits[i].any() ? hits[i] : passed[i];
-                if (hit.any()) {
-                    hit.distance_m = glm::distance(begin[i], scene.point(hit, direction));
-                }
-                visit(counted[i], {begin[i], direction}, hit);
-                if (!hit.any()) continue;
-                if (++reflections[i] == walks.bounces) continue;
-                Vec3 normal = scene.facing_normal(hit, direction);
-                const Vec3 point = scene.point(hit, direction);
-                if (counted[i] > 0 || glm::distance(point, start[i]) >= walks.leave_m) ++counted[i];
-                exits.clear();
-                if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
-                    random[i].uniform() < 0.5F) {
-                    const WallEntry entry{hit, point - 2 * tolerances::kOffset_m * normal, normal};
-                    find_wall_exits(scene, {&entry, 1}, exits);
-                }
-                if (!exits.empty() && exits[0].wall.transmission.max() > 0) {
-                    begin[alive] = exits[0].point;
-                    normal = exits[0].normal;
-                } else {
-                    begin[alive] = start_after(begin[i], point, normal);
-                }
-                rays[alive] = {begin[alive], lambert_direction(normal, random[i].uniform_2d())};
-                passed[alive] = {};
+    const auto meet = [&](Walk& walk, const Ray& ray, const Hit& met) {
+        const Vec3& direction = ray.direction;
+        if (walks.through_moving && met.any() && scene.moves(scene.triangle(met.triangle))) {
+            const Vec3 through = scene.facing_normal(met, direction);
+            walk.ray.origin = scene.point(met, direction) - 2 * tolerances::kOffset_m * through;
+            if (!walk.passed.any()) walk.passed = met;
+        } else {
+            Hit hit = met.any() ? met : walk.passed;
+            if (hit.any()) hit.distance_m = glm::distance(walk.begin, scene.point(hit, direction));
+            visit(walk.counted, {walk.begin, direction}, hit);
+            if (!hit.any() || ++walk.reflections == walks.bounces) return false;
+            Vec3 normal = scene.facing_normal(hit, direction);
+            const Vec3 point = scene.point(hit, direction);
+            if (walk.counted > 0 || glm::distance(point, walk.start) >= walks.leave_m)
+                ++walk.counted;
+            exits.clear();
+            if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
+                walk.random.uniform() < 0.5F) {
+                const WallEntry entry{hit, point - 2 * tolerances::kOffset_m * normal, normal};
+                find_wall_exits(scene, {&entry, 1}, exits);
             }
-            random[alive] = random[i];
-            reflections[alive] = reflections[i];
-            counted[alive] = counted[i];
-            start[alive] = start[i];
-            ++alive;
+            if (!exits.empty() && exits[0].wall.transmission.max() > 0) {
+                walk.begin = exits[0].point;
+                normal = exits[0].normal;
+            } else {
+                walk.begin = start_after(walk.begin, point, normal);
+            }
+            walk.ray = {walk.begin, lambert_direction(normal, walk.random.uniform_2d())};
+            walk.passed = {};
         }
-        rays.resize(alive);
-        begin.resize(alive);
-        passed.resize(alive);
-        random.resize(alive);
-        reflections.resize(alive);
-        counted.resize(alive);
-        start.resize(alive);
-    }
+        return ++walk.pieces < kMaxPieces * walks.bounces;
+    };
+    follow_rays(
+        scene, alive, [](const Walk& walk) { return walk.ray; }, meet);
 }
 
 RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std::uint64_t seed) {

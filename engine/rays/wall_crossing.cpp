@@ -10,6 +10,7 @@
 #include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 #include "engine/base/tolerances.h"
+#include "engine/rays/follow_rays.h"
 
 namespace aula {
 
@@ -160,43 +161,30 @@ Bands share_through_walls(const RayScene& scene, const Vec3& source, const Vec3&
         lines[i].left_m = glm::distance(source, middle[i]) + tolerances::kOffset_m;
         active.push_back(i);
     }
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
-    while (!active.empty()) {
-        rays.clear();
-        for (const std::size_t i : active) {
-            const Vec3 end = lines[i].second ? listener : middle[i];
-            const Vec3 begin = lines[i].second ? middle[i] : source;
-            rays.push_back({lines[i].origin, glm::normalize(end - begin), lines[i].left_m});
+    const auto segment = [&](std::size_t i) -> Ray {
+        const Vec3 end = lines[i].second ? listener : middle[i];
+        const Vec3 begin = lines[i].second ? middle[i] : source;
+        return {lines[i].origin, glm::normalize(end - begin), lines[i].left_m};
+    };
+    follow_rays(scene, active, segment, [&](std::size_t i, const Ray& ray, const Hit& hit) {
+        Line& line = lines[i];
+        if (hit.any()) {
+            meet(scene, hit.triangle, line.origin + hit.distance_m * ray.direction, line);
+            // A ray that is nearly parallel to the face needs a longer step to pass it.
+            const Vec3 normal = scene.facing_normal(hit, ray.direction);
+            const RayScene::PointOff at =
+                RayScene::point_beyond(hit.distance_m, -glm::dot(ray.direction, normal));
+            line.origin += at.along_m * ray.direction + at.off_m * normal;
+            line.left_m -= at.along_m;
         }
-        hits.resize(rays.size());
-        scene.intersect(rays, hits);
-        std::size_t alive = 0;
-        for (std::size_t k = 0; k < active.size(); ++k) {
-            const std::size_t i = active[k];
-            Line& line = lines[i];
-            const Vec3& direction = rays[k].direction;
-            if (hits[k].any()) {
-                const float distance_m = hits[k].distance_m;
-                meet(scene, hits[k].triangle, line.origin + distance_m * direction, line);
-                // A ray that is nearly parallel to the face needs a longer step to pass it.
-                const Vec3 normal = scene.facing_normal(hits[k], direction);
-                const RayScene::PointOff at =
-                    RayScene::point_beyond(distance_m, -glm::dot(direction, normal));
-                line.origin += at.along_m * direction + at.off_m * normal;
-                line.left_m -= at.along_m;
-            }
-            if (line.blocked) continue;
-            if (!hits[k].any() || line.left_m <= 0) {
-                if (line.second) continue;
-                line.second = true;
-                line.origin = middle[i];
-                line.left_m = glm::distance(middle[i], listener) - tolerances::kOffset_m;
-            }
-            active[alive++] = i;
-        }
-        active.resize(alive);
-    }
+        if (line.blocked) return false;
+        if (hit.any() && line.left_m > 0) return true;
+        if (line.second) return false;
+        line.second = true;
+        line.origin = middle[i];
+        line.left_m = glm::distance(middle[i], listener) - tolerances::kOffset_m;
+        return true;
+    });
 
     Bands share;
     for (std::size_t i = 0; i < kLines; ++i) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/rays/follow_rays.h"
+
 namespace aula {
 
 namespace {
@@ -57,30 +59,29 @@ void SoundParticles::advance(float distance_m, WorkerPool& workers) {
 }
 
 void SoundParticles::advance(std::span<SoundParticle> block, float distance_m) const {
-    for (SoundParticle& particle : block) particle.travelled_m += distance_m;
-    std::vector<SoundParticle*> reflected;
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
     std::vector<WallExit> exits;
-    do {
-        reflected.clear();
-        rays.clear();
-        for (SoundParticle& particle : block) {
-            if (has_ended(particle)) continue;
-            if (!particle.hit.any()) {
-                end(particle);
-                continue;
-            }
-            if (particle.travelled_m < particle.hit.distance_m) continue;
-            reflect(particle, exits);
-            if (has_ended(particle)) continue;
-            reflected.push_back(&particle);
-            rays.push_back(particle.segment);
+    // True if the particle has been reflected, so that the end of its next segment is unknown.
+    const auto reflected = [&](SoundParticle& particle) {
+        if (has_ended(particle)) return false;
+        if (!particle.hit.any()) {
+            end(particle);
+            return false;
         }
-        hits.resize(rays.size());
-        if (!rays.empty()) scene_.intersect(rays, hits);
-        for (std::size_t i = 0; i < reflected.size(); ++i) reflected[i]->hit = hits[i];
-    } while (!reflected.empty());
+        if (particle.travelled_m < particle.hit.distance_m) return false;
+        reflect(particle, exits);
+        return !has_ended(particle);
+    };
+    std::vector<SoundParticle*> at_surfaces;
+    for (SoundParticle& particle : block) {
+        particle.travelled_m += distance_m;
+        if (reflected(particle)) at_surfaces.push_back(&particle);
+    }
+    follow_rays(
+        scene_, at_surfaces, [](const SoundParticle* particle) { return particle->segment; },
+        [&](SoundParticle* particle, const Ray&, const Hit& hit) {
+            particle->hit = hit;
+            return reflected(*particle);
+        });
 }
 
 /// Begins the next segment at the hit, or behind the wall. `exits` is memory that is used again.

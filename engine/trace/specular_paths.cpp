@@ -12,6 +12,7 @@
 #include "engine/base/near_field.h"
 #include "engine/base/sampling.h"
 #include "engine/base/tolerances.h"
+#include "engine/rays/follow_rays.h"
 
 namespace aula {
 namespace {
@@ -272,34 +273,24 @@ void SpecularPaths::extend(const Vec3& listener, std::span<Chain> chains) const 
         if (!scene_.visible(listener, chain.ray.origin)) chain.ray.origin = listener;
         alive.push_back(&chain);
     }
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
-    for (std::size_t order = 1; order <= order_ && !alive.empty(); ++order) {
-        rays.clear();
-        for (const Chain* chain : alive) rays.push_back(chain->ray);
-        hits.resize(rays.size());
-        scene_.intersect(rays, hits);
-        std::size_t count = 0;
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-            if (!hits[i].any()) continue;
-            const std::uint32_t plane = planes_.of_triangle(hits[i].triangle);
-            const Material& material = scene_.material(scene_.triangle(hits[i].triangle));
-            if (plane == ScenePlanes::kNoPlane || planes_[plane].is_facet() ||
-                mirrored_share(material).max() <= 0) {
-                continue;
-            }
-            Chain& chain = *alive[i];
-            if (!chain.planes.empty() && chain.planes.back() == plane) continue;
-            chain.planes.push_back(plane);
-            chain.transform = chain.transform.then_from_listener(mirrors_[plane]);
-            chain.keys.push_back(chain.transform.key());
-            const Vec3 direction = rays[i].direction;
-            chain.ray = {.origin = scene_.point(hits[i], direction),
-                         .direction = mirror(direction, scene_.facing_normal(hits[i], direction))};
-            alive[count++] = &chain;
+    const auto reflect = [&](Chain* chain, const Ray& ray, const Hit& hit) {
+        if (!hit.any()) return false;
+        const std::uint32_t plane = planes_.of_triangle(hit.triangle);
+        const Material& material = scene_.material(scene_.triangle(hit.triangle));
+        if (plane == ScenePlanes::kNoPlane || planes_[plane].is_facet() ||
+            mirrored_share(material).max() <= 0) {
+            return false;
         }
-        alive.resize(count);
-    }
+        if (!chain->planes.empty() && chain->planes.back() == plane) return false;
+        chain->planes.push_back(plane);
+        chain->transform = chain->transform.then_from_listener(mirrors_[plane]);
+        chain->keys.push_back(chain->transform.key());
+        chain->ray = {.origin = scene_.point(hit, ray.direction),
+                      .direction = mirror(ray.direction, scene_.facing_normal(hit, ray.direction))};
+        return chain->planes.size() < order_;
+    };
+    follow_rays(
+        scene_, alive, [](const Chain* chain) { return chain->ray; }, reflect);
 }
 
 /// Keeps the candidates that are new or near a valid path, then those that were last near one most
@@ -501,31 +492,18 @@ bool SpecularPaths::is_near(Planes sequence, std::span<const Point> images, cons
 void SpecularPaths::follow(std::vector<Probe>& probes, const Vec3& source,
                            const Vec3& listener) const {
     std::vector<Probe> arrived;
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
-    for (std::size_t reflections = 0; !probes.empty(); ++reflections) {
-        rays.clear();
-        for (const Probe& probe : probes) {
-            const bool last = probe.order == reflections;
-            const Point offset = (last ? Point(source) : probe.target) - Point(probe.origin);
-            const auto length_m = static_cast<float>(glm::length(offset));
-            rays.push_back({probe.origin, ray_direction(last ? offset : probe.target - probe.at),
-                            last ? length_m - tolerances::kOffset_m : length_m});
-        }
-        hits.resize(rays.size());
-        scene_.intersect(rays, hits);
-        std::size_t alive = 0;
-        for (std::size_t i = 0; i < probes.size(); ++i) {
-            Probe& probe = probes[i];
-            if (probe.order == reflections) {
-                if (!hits[i].any()) arrived.push_back(std::move(probe));
-            } else if (reflect(probe, rays[i], hits[i])) {
-                if (alive != i) probes[alive] = std::move(probe);
-                ++alive;
-            }
-        }
-        probes.erase(probes.begin() + static_cast<std::ptrdiff_t>(alive), probes.end());
-    }
+    const auto segment = [&](const Probe& probe) -> Ray {
+        const bool last = probe.planes.size() == probe.order;
+        const Point offset = (last ? Point(source) : probe.target) - Point(probe.origin);
+        const auto length_m = static_cast<float>(glm::length(offset));
+        return {probe.origin, ray_direction(last ? offset : probe.target - probe.at),
+                last ? length_m - tolerances::kOffset_m : length_m};
+    };
+    follow_rays(scene_, probes, segment, [&](Probe& probe, const Ray& ray, const Hit& hit) {
+        if (probe.planes.size() < probe.order) return reflect(probe, ray, hit);
+        if (!hit.any()) arrived.push_back(std::move(probe));
+        return false;
+    });
     std::erase_if(arrived, [&](const Probe& probe) {
         const auto is_on = [&](const Vec3& point, std::uint32_t plane) {
             return std::abs(planes_[plane].distance_m(Point(point))) < kOnPlane_m;

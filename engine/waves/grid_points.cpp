@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/rays/follow_rays.h"
+
 namespace aula {
 
 namespace {
@@ -111,33 +113,25 @@ void GridPoints::trace(const RayScene& scene, const GridLines& lines, std::size_
         std::uint32_t triangle = 0;
     };
     std::vector<Met> met;
-    std::vector<std::uint32_t> active(count);
-    std::vector<float> from(count, begin);
-    for (std::uint32_t i = 0; i < count; ++i) active[i] = i;
-    std::vector<Ray> rays;
-    std::vector<Hit> hits;
-    while (!active.empty()) {
-        rays.clear();
-        for (const std::uint32_t line : active) {
-            const Index i = on_line(axis, line, 0);
-            Vec3 origin = position(i);
-            origin[a] = from[line];
-            rays.push_back(
-                {lines.to_world(origin), direction, planes.back() + kBefore_m - from[line]});
-        }
-        hits.assign(rays.size(), {});
-        scene.intersect(rays, hits);
-        std::vector<std::uint32_t> still;
-        for (std::size_t k = 0; k < active.size(); ++k) {
-            if (!hits[k].any()) continue;
-            const std::uint32_t line = active[k];
-            const float at = from[line] + hits[k].distance_m;
-            met.push_back({line, at, hits[k].triangle});
-            from[line] = at + RayScene::offset_after(std::abs(at));
-            if (from[line] < planes.back() + kBefore_m) still.push_back(line);
-        }
-        active = std::move(still);
-    }
+    struct Open {
+        std::uint32_t line = 0;
+        float from = 0;  // on the line
+    };
+    std::vector<Open> open;
+    for (std::uint32_t line = 0; line < count; ++line) open.push_back({line, begin});
+    const float end = planes.back() + kBefore_m;
+    const auto segment = [&](const Open& part) -> Ray {
+        Vec3 origin = position(on_line(axis, part.line, 0));
+        origin[a] = part.from;
+        return {lines.to_world(origin), direction, end - part.from};
+    };
+    follow_rays(scene, open, segment, [&](Open& part, const Ray&, const Hit& hit) {
+        if (!hit.any()) return false;
+        const float at = part.from + hit.distance_m;
+        met.push_back({part.line, at, hit.triangle});
+        part.from = at + RayScene::offset_after(std::abs(at));
+        return part.from < end;
+    });
     std::stable_sort(met.begin(), met.end(),
                      [](const Met& x, const Met& y) { return x.line < y.line; });
     for (const Met& m : met) meet(axis, m.line, m.at, m.triangle);
