@@ -16,6 +16,7 @@
 #include "engine/estimate/patch_propagation.h"
 #include "engine/estimate/path_propagation.h"
 #include "engine/estimate/response_length.h"
+#include "engine/frame_rays.h"
 #include "engine/rays/nudge_off_surface.h"
 #include "engine/rays/room_survey.h"
 #include "engine/rays/wall_crossing.h"
@@ -75,8 +76,9 @@ struct Propagation::State {
     SpecularPaths specular;
     std::optional<DirectSound> direct_sound;  // where the scene has edges that diffract it
     std::unique_ptr<ResponseEstimator> estimator;
-    PairSet pairs;                      // of all listeners
-    std::optional<FrameInput> at_rest;  // of the newest responses_at()
+    PatchPropagation* patches = nullptr;  // the estimator; null for those without patches
+    PairSet pairs;                        // of all listeners
+    std::optional<FrameInput> at_rest;    // of the newest responses_at()
     std::vector<PairMemory> at_rest_memories;
     std::uint64_t seed;
     std::uint64_t frame = 0;
@@ -122,9 +124,11 @@ struct Propagation::State {
         trace.speed_of_sound_m_s = speed_of_sound_m_s;
         trace.attenuation_per_m = attenuation_per_m;
         if (simulation.estimator == Estimator::patch) {
-            estimator =
+            auto made =
                 std::make_unique<PatchPropagation>(rays, specular, simulation, trace, bins, inside,
                                                    source_count, listener_count, workers);
+            patches = made.get();
+            estimator = std::move(made);
         } else {
             estimator = std::make_unique<PathPropagation>(rays, specular, simulation, trace,
                                                           source_count, listener_count, workers);
@@ -218,7 +222,7 @@ struct Propagation::State {
         travel_m += kFar_m;
         specular.materials_changed();
         if (direct_sound) direct_sound->materials_changed();
-        estimator->materials_changed();
+        if (patches) patches->materials_changed();
     }
 
     /// Clears all caches.
@@ -419,7 +423,7 @@ void Propagation::step(const FrameInput& given) {
         s.travel_m += double{moved_m};
         s.specular.scene_moved();
         s.at_rest.reset();
-        s.estimator->scene_moved();
+        if (s.patches) s.patches->scene_moved();
     }
     const FrameInput input = s.nudged(given);
 
@@ -435,7 +439,7 @@ void Propagation::step(const FrameInput& given) {
 std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
                                                       std::span<const Vec3> receivers) {
     State& s = *state_;
-    assert(s.frame > 0 && s.simulation.estimator == Estimator::patch);
+    assert(s.frame > 0 && s.patches);
     FrameStatistics of_step = s.statistics;
     FrameInput input = given;
     input.listeners.assign(receivers.begin(), receivers.end());
@@ -445,15 +449,9 @@ std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
     s.at_rest_memories = std::move(set.memories);
     of_step.image_reflections = s.statistics.image_reflections;
     s.statistics = of_step;
-    s.estimator->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
+    s.patches->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
     s.set_places(receivers, set.responses);
     return std::move(set.responses);
-}
-
-std::vector<Ray> Propagation::rays(const FrameInput& given) const {
-    const State& s = *state_;
-    const FrameInput input = s.nudged(given);
-    return s.estimator->rays(s.frame_of(input, s.frame));
 }
 
 const EnergyResponse& Propagation::response(std::size_t source, std::size_t listener) const {
@@ -478,7 +476,8 @@ std::vector<PathLine> Propagation::path_lines(const FrameInput& given, std::size
 
 std::vector<PatchEnergy> Propagation::patch_energies(std::size_t source, double begin_s,
                                                      double end_s) const {
-    return state_->estimator->patch_energies(source, begin_s, end_s);
+    if (!state_->patches) return {};
+    return state_->patches->patch_energies(source, begin_s, end_s);
 }
 
 std::vector<EdgeLine> Propagation::edge_lines() const {
@@ -493,7 +492,9 @@ std::vector<EdgeLine> Propagation::edge_lines() const {
     return lines;
 }
 
-float Propagation::patch_size_m() const { return state_->estimator->patch_size_m(); }
+float Propagation::patch_size_m() const {
+    return state_->patches ? state_->patches->patch_size_m() : 0;
+}
 
 std::vector<char> Propagation::sources_connected(const FrameInput& given) const {
     const State& s = *state_;
@@ -504,15 +505,25 @@ std::vector<char> Propagation::sources_connected(const FrameInput& given) const 
 
 void Propagation::set_rays(int rays) { state_->estimator->set_rays(rays); }
 
-void Propagation::emit_from_listeners() { state_->estimator->emit_from_listeners(); }
+void Propagation::emit_from_listeners() {
+    if (state_->patches) state_->patches->emit_from_listeners();
+}
 
-void Propagation::reserve_memory() { state_->estimator->reserve_memory(); }
+void Propagation::reserve_memory() {
+    if (state_->patches) state_->patches->reserve_memory();
+}
 
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;
     // The last bin may end later.
     return given ? double{*given}
                  : std::min(state_->bins.length_s(), double{Simulation::kMaxIrLength_s});
+}
+
+std::vector<Ray> FrameRays::of_next(const Propagation& propagation, const FrameInput& given) {
+    const Propagation::State& s = *propagation.state_;
+    const FrameInput input = s.nudged(given);
+    return s.estimator->rays(s.frame_of(input, s.frame));
 }
 
 }  // namespace aula

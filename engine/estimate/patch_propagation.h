@@ -50,22 +50,35 @@ class PatchPropagation final : public ResponseEstimator {
                     const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override { tracer_.set_rays(rays); }
-    void emit_from_listeners() override { from_listeners_ = true; }
-    void reserve_memory() override;
-    void materials_changed() override;
-    void scene_moved() override;
     void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
               std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
-    void gather_at(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                   std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
     std::vector<Ray> rays(const PropagationFrame& frame) const override;
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
                                      int order) const override;
 
-    /// If only listeners emit: the energy that would reach the first listener.
-    std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s,
-                                            double end_s) const override;
-    float patch_size_m() const override { return grid_.patch_size_m(); }
+    /// See Propagation::emit_from_listeners.
+    void emit_from_listeners() { from_listeners_ = true; }
+
+    /// See Propagation::reserve_memory.
+    void reserve_memory();
+
+    /// Updates the patches after a change of the scene's materials.
+    void materials_changed();
+
+    /// Updates the patches after RayScene::move.
+    void scene_moved();
+
+    /// Adds to `responses` what their paths do not contain, [source * receivers + receiver], from
+    /// the caches of the last step, whose frame `frame` is except for its listeners: these are the
+    /// receivers. `images` are those of the receivers. Adds to `statistics`.
+    void gather_at(const PropagationFrame& frame, std::span<const SpecularSound> images,
+                   std::span<EnergyResponse> responses, FrameStatistics& statistics);
+
+    /// See Propagation::patch_energies. If only listeners emit: the energy that would reach the
+    /// first listener.
+    std::vector<PatchEnergy> patch_energies(std::size_t source, double begin_s, double end_s) const;
+
+    float patch_size_m() const { return grid_.patch_size_m(); }
 
  private:
     /// An emitter, which is also a receiver: a source or a listener.

@@ -24,7 +24,8 @@ struct PropagationFrame {
 
 /// From traced rays to energy responses, the part that the estimators do not share. Propagation
 /// moves the scene and finds the image sources; an estimator traces rays, maintains its caches and
-/// computes the energy that no image source counts. [propagation thread]
+/// computes the energy that no image source counts. What only patches do is in PatchPropagation.
+/// [propagation thread]
 class ResponseEstimator {
  public:
     virtual ~ResponseEstimator() = default;
@@ -40,31 +41,10 @@ class ResponseEstimator {
     /// Sets the rays per emitter from the next frame on.
     virtual void set_rays(int rays) = 0;
 
-    /// See Propagation::emit_from_listeners.
-    virtual void emit_from_listeners() {}
-
-    /// See Propagation::reserve_memory.
-    virtual void reserve_memory() {}
-
-    /// Updates the estimator after a change of the scene's materials.
-    virtual void materials_changed() {}
-
-    /// Updates the estimator after RayScene::move.
-    virtual void scene_moved() {}
-
     /// Traces a frame and updates `responses` ([source * listener count + listener], without their
     /// paths). `images` are those of the frame, in the same order. Adds to `statistics`.
     virtual void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
                       std::span<EnergyResponse> responses, FrameStatistics& statistics) = 0;
-
-    /// Adds to `responses` what their paths do not contain, [source * receivers + receiver], from
-    /// the caches of the last step, whose frame `frame` is except for its listeners: these are the
-    /// receivers. `images` are those of the receivers. Adds to `statistics`. Only for estimators
-    /// with patches.
-    virtual void gather_at(const PropagationFrame& /*frame*/,
-                           std::span<const SpecularSound> /*images*/,
-                           std::span<EnergyResponse> /*responses*/,
-                           FrameStatistics& /*statistics*/) {}
 
     /// The rays of the next step if nothing moves.
     virtual std::vector<Ray> rays(const PropagationFrame& frame) const = 0;
@@ -72,13 +52,6 @@ class ResponseEstimator {
     /// The first `count` paths from a source in that frame, up to reflection order `order`.
     virtual std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source,
                                              int count, int order) const = 0;
-
-    /// See Propagation::patch_energies and Propagation::patch_size_m.
-    virtual std::vector<PatchEnergy> patch_energies(std::size_t /*source*/, double /*begin_s*/,
-                                                    double /*end_s*/) const {
-        return {};
-    }
-    virtual float patch_size_m() const { return 0; }
 };
 
 }  // namespace aula

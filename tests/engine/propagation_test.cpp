@@ -7,6 +7,7 @@
 
 #include "engine/base/sampling.h"
 #include "engine/cache/diffuse_path_cache.h"
+#include "engine/frame_rays.h"
 #include "engine/trace/arrival_tracer.h"
 #include "tests/support/measure.h"
 #include "tests/support/rooms.h"
@@ -234,7 +235,7 @@ TEST_CASE("the rays stated in advance are those that a frame traces") {
         const FrameInput input{0, {scene.sources[0].position}, {scene.listener.pose.position}};
         std::vector<Ray> before;
         for (int frame = 0; frame < 3; ++frame) {
-            const std::vector<Ray> rays = propagation.rays(input);
+            const std::vector<Ray> rays = FrameRays::of_next(propagation, input);
             propagation.step(input);
             CHECK(rays.size() == propagation.statistics().segments);
             CHECK(rays.front().origin == scene.sources[0].position);

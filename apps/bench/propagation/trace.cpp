@@ -10,6 +10,7 @@
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
 #include "engine/base/worker_pool.h"
+#include "engine/frame_rays.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula::bench {
@@ -88,7 +89,7 @@ Speed measure_speed(const Subject& subject, Estimator estimator, const RayScene&
     for (int round = 0; round < kRounds; ++round) {
         settings.progress(std::string("trace: ") + estimator_name(estimator) + ", round " +
                           std::to_string(round + 1));
-        rays = propagation->rays(input);
+        rays = FrameRays::of_next(*propagation, input);
         hits.resize(rays.size());
         for (int k = 0; k < kRepetitions; ++k) {
             const double time_s = step(*propagation);

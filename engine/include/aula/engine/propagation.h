@@ -10,8 +10,6 @@
 
 namespace aula {
 
-struct Ray;
-
 /// The propagation engine. One step() per frame traces rays, updates the caches and computes the
 /// energy response of every source at every listener. The same scene, seed and inputs give results
 /// that are identical to the bit with any number of threads. One thread at a time may use an
@@ -72,11 +70,6 @@ class Propagation {
     /// Cost of the newest frame; its segments and bins include those of responses_at() since.
     const FrameStatistics& statistics() const;
 
-    /// The rays that the next step() will emit if nothing in the scene moves: those of the paths in
-    /// their order, then those of the final gather. For benchmarks, which trace them again; `Ray`
-    /// is an internal type.
-    std::vector<Ray> rays(const FrameInput& input) const;
-
     /// The first `count` paths of the newest frame from a source, up to the reflection order
     /// `order`, for display. `input` is the input of that frame. Empty before the first frame.
     std::vector<PathLine> path_lines(const FrameInput& input, std::size_t source, int count,
@@ -116,6 +109,7 @@ class Propagation {
     double response_length_s() const;
 
  private:
+    friend class FrameRays;  // of the benchmarks
     struct State;
     std::unique_ptr<State> state_;
 };
