@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <filesystem>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -22,7 +21,6 @@
 namespace aula {
 
 class BoxImages;
-struct HeadphoneFilter;
 struct JoinedWaves;
 
 /// The parameters of a measurement, in the order of their columns. More may follow at the end.
