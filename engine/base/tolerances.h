@@ -43,6 +43,10 @@ inline constexpr double kApart_m = 2e-3;
 /// of it. A choice: rounding to millimetres turns a face of 0.5 m by this angle.
 inline constexpr double kCoplanar_rad = 0.1 * std::numbers::pi / 180;
 
+/// Least cosine of two directions that count as one, such as the normal of a wall and an axis: that
+/// of kCoplanar_rad, 1 - a^2 / 2.
+inline constexpr float kAlongCosine = static_cast<float>(1 - kCoplanar_rad * kCoplanar_rad / 2);
+
 /// Faces about an edge within this angle of each other are one, and a surface that bends by less at
 /// an edge is flat. The diffracted field of a wedge that bends by this angle, in proportion to
 /// sin(pi^2 / open angle), is 35 dB below that of a half plane.
@@ -59,5 +63,6 @@ static_assert(kOnSurface_m >= 0.5e-3 && kSame_m > 0.5e-3 * std::numbers::sqrt3,
 static_assert(kSame_m >= 2 * kOnSurface_m, "a point on a surface is moved out of a plane's reach");
 static_assert(kApart_m >= 2 * kSame_m, "two places may each be off by kSame_m");
 static_assert(kCoplanar_rad < kOnFace_rad, "an edge divides a plane");
+static_assert(1 - kAlongCosine > 2 * kRounding, "rounding turns a wall out of its axis");
 
 }  // namespace aula::tolerances

@@ -6,10 +6,11 @@ namespace aula {
 
 namespace {
 
+/// Numbers in a page of memory of 4 KiB, the smallest of all systems.
 constexpr std::size_t kPage = 4096 / sizeof(float);
 
-/// Of the bytes that are mapped in a call at most: a page is cleared when it is mapped, too, and
-/// rows that are needed before are cleared then.
+/// Of the bytes that are mapped in a call at most. A choice: a page is cleared when it is mapped,
+/// too, and rows that are needed before are cleared then.
 constexpr std::size_t kClearedPart = 4;
 
 /// Lets the kernel provide the memory of zeros that have not been used yet.

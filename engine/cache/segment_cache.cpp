@@ -77,6 +77,7 @@ void SegmentCache::advance(const State& now) {
 
 /// The number of segments that fit in a memory.
 std::size_t SegmentCache::fit(std::size_t memory_bytes) {
+    // Of full lanes.
     constexpr std::size_t kBlock_bytes =
         sizeof(SegmentLanes) + SegmentLanes::kCount * sizeof(SegmentEnergy);
     const std::size_t rest_bytes = memory_bytes % kBlock_bytes;

@@ -17,6 +17,7 @@ namespace aula {
 
 /// Segments as a structure of arrays for vector units; unused lanes have zero length.
 struct SegmentLanes {
+    /// The lanes of single precision of the widest vector unit, 512 bits.
     static constexpr std::size_t kCount = 16;
     using Lanes = std::array<float, kCount>;
 

@@ -2,24 +2,37 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <utility>
 #include <vector>
 
+#include "engine/patches/flat_walls.h"
 #include "process/multiversion.h"
 
 namespace aula {
 
 namespace {
 
-constexpr float kAxisAligned = 0.99999F;  // least cosine of a cutting wall's normal and an axis
-constexpr float kWallCells = 4;           // least area of such a wall, in cell faces
+/// Least area of a wall at which the grid is cut, in cell faces. A choice: each smaller one, as of
+/// furniture, would divide all patches beside it through the scene.
+constexpr float kLeastFaces = 4;
 
-constexpr int kDirectionBit = 60;  // lowest bit of the direction in a key
-constexpr std::int32_t kIndexBias = 1 << 19;
-constexpr std::uint32_t kIndexMask = (1U << 20) - 1;
+/// Of a key: the bits of each index, of which half are negative, and the lowest bit of the
+/// direction, which has the rest.
+constexpr int kIndexBits = 20;
+// Indices are stored above 0.
+constexpr std::int32_t kIndexBias = 1 << (kIndexBits - 1);
+constexpr std::uint32_t kIndexMask = (1U << kIndexBits) - 1;  // all bits of an index
+// Above the three indices.
+constexpr int kDirectionBit = 3 * kIndexBits;
+static_assert(kDirectionBit + 3 <= 64, "six directions");
 
-/// The key of a patch: 20 bits for each index of its cell, and the dominant direction of a normal.
-/// Without branches.
+/// Cells across a scene at most. A choice: objects may move three times its extent before their
+/// indices overflow.
+constexpr int kMostCells = 1 << 17;
+static_assert(kIndexBias >= 4 * kMostCells);
+
+/// The key of a patch: the indices of its cell, and the dominant direction of a normal. Without
+/// branches.
 inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
     const Vec3 size(std::abs(normal.x), std::abs(normal.y), std::abs(normal.z));
     const bool along_x = size.x >= size.y && size.x >= size.z;
@@ -31,7 +44,7 @@ inline std::uint64_t cell_key(const CellIndex& cell, const Vec3& normal) {
         return static_cast<std::uint64_t>(static_cast<std::uint32_t>(k + kIndexBias) & kIndexMask);
     };
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(direction)) << kDirectionBit |
-           bits(cell[0]) << 40 | bits(cell[1]) << 20 | bits(cell[2]);
+           bits(cell[0]) << 2 * kIndexBits | bits(cell[1]) << kIndexBits | bits(cell[2]);
 }
 
 AULA_MULTIVERSION
@@ -44,32 +57,6 @@ void cell_keys(const LanePoints& points, const LanePoints& normals, std::size_t 
     }
 }
 
-/// The static walls perpendicular to an axis. Walls within a millimetre are merged at the position
-/// of the largest triangle: otherwise points off their surfaces would be on both sides of the cut.
-std::vector<GridAxis::Wall> walls_across(const RayScene& scene, int axis, float from_m,
-                                         float cell_m) {
-    struct Slice {
-        GridAxis::Wall wall;
-        float largest_m2 = 0;
-    };
-    std::map<std::int64_t, Slice> slices;
-    for (const RayScene::Triangle& triangle : scene.triangles()) {
-        if (std::abs(triangle.normal[axis]) < kAxisAligned || scene.moves(triangle)) continue;
-        const float at_m = triangle.vertices[0][axis] - from_m;
-        const float area_m2 = triangle.area_m2();
-        Slice& slice = slices[std::llround(1000 * at_m)];
-        slice.wall.area_m2 += double{area_m2};
-        if (area_m2 <= slice.largest_m2) continue;
-        slice.largest_m2 = area_m2;
-        slice.wall.at_m = at_m;
-    }
-    std::vector<GridAxis::Wall> walls;
-    for (const auto& [at_mm, slice] : slices) {
-        if (slice.wall.area_m2 >= double{kWallCells * cell_m * cell_m}) walls.push_back(slice.wall);
-    }
-    return walls;
-}
-
 }  // namespace
 
 CellGrid::CellGrid(const RayScene& scene, float wanted_m) : size_m_(wanted_m) {
@@ -77,12 +64,16 @@ CellGrid::CellGrid(const RayScene& scene, float wanted_m) : size_m_(wanted_m) {
     const bool empty = scene.triangle_count() == 0;
     if (!empty) origin_ = bounds.min;
     const Vec3 extent = empty ? Vec3(0) : bounds.max - bounds.min;
-    // A key has 20 bits per coordinate; moving objects may need some of them.
-    size_m_ =
-        std::max(wanted_m, std::max({extent.x, extent.y, extent.z}) / static_cast<float>(1 << 17));
+    size_m_ = std::max(wanted_m, std::max({extent.x, extent.y, extent.z}) / float{kMostCells});
     for (int axis = 0; axis < 3; ++axis) {
-        cuts_[static_cast<std::size_t>(axis)] =
-            GridAxis(extent[axis], size_m_, walls_across(scene, axis, origin_[axis], size_m_));
+        Vec3 direction(0);
+        direction[axis] = 1;
+        std::vector<GridAxis::Wall> walls =
+            flat_walls(scene, origin_, direction, WallsOf::static_objects);
+        std::erase_if(walls, [&](const GridAxis::Wall& wall) {
+            return wall.area_m2 < double{kLeastFaces * size_m_ * size_m_};
+        });
+        cuts_[static_cast<std::size_t>(axis)] = GridAxis(extent[axis], size_m_, std::move(walls));
     }
 }
 
@@ -115,7 +106,7 @@ PatchCell CellGrid::cell(std::uint64_t key) const {
     PatchCell cell;
     for (int axis = 0; axis < 3; ++axis) {
         const GridAxis& cuts = cuts_[static_cast<std::size_t>(axis)];
-        const auto bits = static_cast<std::uint32_t>(key >> (40 - 20 * axis)) & kIndexMask;
+        const auto bits = static_cast<std::uint32_t>(key >> (kIndexBits * (2 - axis))) & kIndexMask;
         const std::int32_t index = static_cast<std::int32_t>(bits) - kIndexBias;
         cell.low[axis] = origin_[axis] + cuts.begin_m(index);
         cell.high[axis] = origin_[axis] + cuts.begin_m(index + 1);

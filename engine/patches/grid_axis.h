@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
+
+#include "engine/base/tolerances.h"
 
 namespace aula {
 
@@ -38,6 +41,12 @@ class GridAxis {
         return at_m < 0 ? before : at_m >= length_m_ ? beyond : inside;
     }
 
+    /// The number of cells of about `cell_m` at most in a gap: a gap of whole cells remains so
+    /// under rounding.
+    static float parts_of(float gap_m, float cell_m) {
+        return std::ceil(gap_m / (cell_m * (1 + kWider)));
+    }
+
     /// The start of a cell.
     float begin_m(std::int32_t cell) const {
         if (cell < 0) return static_cast<float>(cell) * cell_m_;
@@ -46,7 +55,13 @@ class GridAxis {
     }
 
  private:
-    static constexpr float kFurthest_cells = 1 << 24;
+    /// From here on single precision has no places within a cell, and an index may overflow.
+    static constexpr float kFurthest_cells = 1 << std::numeric_limits<float>::digits;
+
+    /// Share by which cells may be wider than requested. A choice, above the rounding of positions
+    /// 500 cells away.
+    static constexpr float kWider = 1e-3F;
+    static_assert(kWider > 500 * tolerances::kRounding);
 
     std::int32_t count() const { return static_cast<std::int32_t>(edges_m_.size()) - 1; }
 

@@ -15,6 +15,7 @@
 #include "engine/base/sampling.h"
 #include "engine/base/tolerances.h"
 #include "engine/patches/cell_clipping.h"
+#include "engine/patches/patch_index.h"
 
 namespace aula {
 
@@ -37,7 +38,8 @@ constexpr float kPriorHits = 0.25F;
 /// Significance threshold of the squared hit densities, in standard deviations of a uniform patch.
 constexpr double kSignificance = 6;
 
-constexpr std::uint32_t kNone = ~0U;
+/// No part, no patch.
+constexpr std::uint32_t kNone = PatchIndex::kNone;
 
 /// Of keys that are hashes.
 struct KeyHash {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <tuple>
 
+#include "engine/base/tolerances.h"
 #include "engine/patches/irradiance_map.h"
 #include "engine/patches/patch_index.h"
 #include "engine/patches/patch_sides.h"
@@ -20,20 +21,29 @@ namespace aula {
 
 namespace {
 
-constexpr int kSamplesPerPatch = 16;  // on a full cell
-// Where only some samples count: energies are inversely proportional to the area, and an error of a
-// fifth would bias their mean by 4 %.
+/// Samples of a full cell. A choice: they miss a hidden sixth of it with a probability of 5 %, and
+/// are tested by rays before the first frame.
+constexpr int kSamplesPerPatch = 16;
+
+/// The same where only some of them count: energies are inversely proportional to the area. Half of
+/// the area has a standard error of an eighth, which biases their mean by 1.6 %.
 constexpr int kFineSamples = 64;
-// Share of the samples of a patch that none of the walks has hit (SoundReach::mark). Hardly any
-// energy arrives there: an error of its area is not heard. Outdoors most patches are far away.
+
+/// Share of the samples of a patch that none of the walks has hit (SoundReach::mark). Hardly any
+/// energy arrives there: an error of its area is not heard. Outdoors most patches are far away.
 constexpr float kUnmarkedShare = 0.25F;
-constexpr int kSideSamples = 256;      // where panels of moving objects divide a patch
-constexpr float kAllReached = 0.999F;  // share of a patch's area, up to rounding
+
+/// Share of a patch's area that is all of it, up to the rounding of the samples' sum.
+constexpr float kAllReached = 0.999F;
+static_assert(1 - kAllReached > PatchSides::kSideSamples * tolerances::kRounding);
+
 /// Number of cells that a moving object intersects, relative to its area in cell faces: it has two
 /// sides, each of which intersects about twice as many.
 constexpr double kCellsOfMoving = 4;
 
-constexpr float kCoarser = 1.25F;  // factor of the patch size if patches are too many
+/// Factor of the patch size if patches are too many. A choice: they become a third fewer in a step,
+/// each of which searches for them anew.
+constexpr float kCoarser = 1.25F;
 
 }  // namespace
 
@@ -255,7 +265,7 @@ struct PatchGrid::State {
         std::erase_if(patches, [&](std::uint32_t patch) { return !(static_area_m2[patch] > 0); });
         const std::vector<std::uint32_t> triangles = static_triangles_in(patches);
         std::vector<SurfaceSample> samples =
-            sampler.sample(triangles, kSideSamples, [&](std::uint32_t patch) {
+            sampler.sample(triangles, PatchSides::kSideSamples, [&](std::uint32_t patch) {
                 return std::binary_search(patches.begin(), patches.end(), patch) ? 1.0F : 0.0F;
             });
         // Patches that are completely reached need no rays.
@@ -328,9 +338,11 @@ std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, co
     for (const RayScene::Triangle& t : scene.triangles()) {
         (scene.moves(t) ? moving_m2 : static_m2) += double{t.area_m2()};
     }
-    // Both sides of every static triangle may be cells, of which only those in the room are
-    // reached. Those of moving objects always count.
-    const double min_m = std::max(std::sqrt(static_m2 / (4 * max_patches)),
+    // The first size is too small rather than too large. Of both sides of the static triangles
+    // only those in the room are reached, and one cell may hold the faces of many: a quarter of
+    // the area. The cells of moving objects always count.
+    constexpr double kReachedShare = 0.25;
+    const double min_m = std::max(std::sqrt(kReachedShare * static_m2 / max_patches),
                                   std::sqrt(kCellsOfMoving * moving_m2 / max_patches));
     float size_m = std::max(patch_size_m, static_cast<float>(min_m));
     for (;; size_m *= kCoarser) {

@@ -17,10 +17,8 @@ struct PatchIndex::Map {
         std::uint32_t patch = kNone;
     };
 
-    std::vector<Slot> slots{kFirstSlots};  // as many as a power of two
+    std::vector<Slot> slots = std::vector<Slot>(2);  // as many as a power of two
     std::size_t count = 0;
-
-    static constexpr std::size_t kFirstSlots = 64;
 
     std::size_t home(std::uint64_t key) const { return mix64(key) & (slots.size() - 1); }
     std::size_t next(std::size_t slot) const { return (slot + 1) & (slots.size() - 1); }
@@ -80,6 +78,7 @@ std::uint32_t PatchIndex::find(std::uint64_t key) const {
 
 void PatchIndex::find(std::span<const std::uint64_t> keys, std::span<std::uint32_t> patches) const {
     const Map& map = *patch_of_key_;
+    // About as many lines as a core loads from memory at a time.
     constexpr std::size_t kTogether = 16;
     for (std::size_t first = 0; first < patches.size(); first += kTogether) {
         const std::size_t count = std::min(kTogether, patches.size() - first);

@@ -14,6 +14,7 @@ namespace aula {
 /// const functions may run on several threads]
 class PatchIndex {
  public:
+    /// No row.
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     PatchIndex();
@@ -55,6 +56,7 @@ class PatchIndex {
 
  private:
     struct Map;
+    /// Of a direction that no key has.
     static constexpr std::uint64_t kNoKey = ~0ULL;
 
     std::uint32_t new_number();

@@ -11,13 +11,16 @@ namespace aula {
 
 namespace {
 
-constexpr float kMinPanel = 0.25F;  // least area of a panel, as a share of a full patch
+/// Least area of a panel, as a share of a full patch. A choice: sound passes beside a smaller face
+/// within its cell.
+constexpr float kMinPanel = 0.25F;
 
-/// Least area of a row, as a share of a full patch, so that energies per area stay in range. A
-/// smaller row loses part of its energy.
-constexpr float kMinArea = 1.0F / 256;
+/// Least area of a row, as a share of a full patch: that of one sample of a side, whose area is not
+/// known better. A smaller row loses part of its energy.
+constexpr float kMinArea = 1.0F / PatchSides::kSideSamples;
 
-constexpr std::size_t kMaxPanels = 6;  // largest number of panels in a cell
+/// Panels that divide a cell at most. A choice: six make up to 64 sides.
+constexpr std::size_t kMaxPanels = 6;
 
 }  // namespace
 
@@ -51,6 +54,7 @@ bool PatchSides::add_partitions(const std::vector<std::uint32_t>& triangles) {
 /// Adds the panels of moving objects, or static ones, in some planes.
 void PatchSides::add_panels(bool moving, const std::vector<char>& wanted_planes,
                             const ScenePlanes& planes) {
+    // In place of an object: static panels may consist of several.
     constexpr std::uint32_t kAllObjects = ~0U;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> faces;
     for (std::uint32_t t = 0; t < scene_.triangle_count(); ++t) {

@@ -24,6 +24,10 @@ class PatchSides {
  public:
     static constexpr std::uint32_t kNone = PatchIndex::kNone;
 
+    /// Samples of a full cell from which the areas of sides are found. A choice: the standard error
+    /// of a quarter of the area is a tenth of it.
+    static constexpr int kSideSamples = 256;
+
     /// Panels have at least a quarter of the area of a patch. Rows have numbers of `index`.
     PatchSides(const RayScene& scene, PatchIndex& index, float patch_size_m);
 

@@ -10,9 +10,12 @@ namespace aula {
 
 namespace {
 
-/// ceil(x) as a count, at least 1 and at most 2^20 (a kilometre of millimetres).
+/// Rows or columns of a triangle at most: a kilometre of millimetres.
+constexpr float kMostParts = 1 << 20;
+
+/// ceil(x) as a count of at least 1.
 std::uint32_t count_of(float x) {
-    return static_cast<std::uint32_t>(std::clamp(std::ceil(x), 1.0F, 1048576.0F));
+    return static_cast<std::uint32_t>(std::clamp(std::ceil(x), 1.0F, kMostParts));
 }
 
 }  // namespace

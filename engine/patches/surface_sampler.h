@@ -46,7 +46,8 @@ class SurfaceSampler {
     std::vector<SurfaceSample> sample(std::span<const std::uint32_t> triangles, int per_cell,
                                       const ShareOf& share_of);
 
-    /// Patches of furnished rooms have up to the area of one full cell on the mean.
+    /// Twice the area of the patches of furnished rooms, which is up to that of one full cell on
+    /// the mean: these have all samples.
     static constexpr double kFullCells = 2;
 
  private:

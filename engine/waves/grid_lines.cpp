@@ -2,34 +2,33 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <map>
+
+#include "engine/base/tolerances.h"
+#include "engine/patches/flat_walls.h"
 
 namespace aula {
 
 namespace {
 
-/// Least cosine of a wall's normal and an axis at which the wall lies in a plane of the grid: over
-/// 10 m it deviates by 1 cm.
-constexpr float kAlongAxis = 0.999999F;
-
-/// Triangles tried as main walls, the largest first.
+/// Triangles tried as main walls, the largest first. A choice: each is compared with all triangles,
+/// which takes 0.1 s for a million.
 constexpr std::size_t kTriedNormals = 64;
 
-/// Least area of a wall in a plane of the grid, in faces of cells.
+/// Walls of different directions whose areas differ by a smaller share are equally large: which of
+/// them comes first must not depend on rounding.
+constexpr double kSameArea = 1e-4;
+static_assert(kSameArea > 100 * double{tolerances::kRounding});
+
+/// Least area of a wall in a plane of the grid, in faces of cells. A choice: each smaller one, as
+/// of furniture, would cut all cells beside it through the room.
 constexpr float kLeastFaces = 2;
 
 /// Least distance of two walls in planes of the grid, in cells. Thinner cells raise the highest
 /// eigenvalue of the grid, against which modes are filtered.
 constexpr float kLeastCells = 0.7F;
-
-struct FlatWall {
-    float at_m = 0;
-    float area_m2 = 0;
-};
 
 struct FlatTriangle {
     Vec3 normal;
@@ -40,7 +39,8 @@ struct FlatTriangle {
 double area_along(const std::vector<FlatTriangle>& triangles, const Vec3& direction) {
     double sum = 0;
     for (const FlatTriangle& t : triangles) {
-        if (std::abs(glm::dot(t.normal, direction)) >= kAlongAxis) sum += double{t.area_m2};
+        if (std::abs(glm::dot(t.normal, direction)) >= tolerances::kAlongCosine)
+            sum += double{t.area_m2};
     }
     return sum;
 }
@@ -60,9 +60,9 @@ glm::mat3 main_axes(const RayScene& scene) {
         Vec3 normal(0);
         double largest_m2 = 0;
         for (const FlatTriangle& t : largest) {
-            if (std::abs(glm::dot(t.normal, across)) > 1e-3F) continue;
+            if (double{std::abs(glm::dot(t.normal, across))} > tolerances::kCoplanar_rad) continue;
             const double area_m2 = area_along(triangles, t.normal);
-            if (area_m2 > 1.0001 * largest_m2) {
+            if (area_m2 > (1 + kSameArea) * largest_m2) {
                 largest_m2 = area_m2;
                 normal = t.normal;
             }
@@ -73,7 +73,8 @@ glm::mat3 main_axes(const RayScene& scene) {
     if (first == Vec3(0)) return glm::mat3(1);
     Vec3 second = best(first);
     if (second == Vec3(0)) {
-        const Vec3 other = std::abs(first.z) < 0.9F ? Vec3(0, 0, 1) : Vec3(1, 0, 0);
+        // One of the two is at least 45 degrees from the first axis.
+        const Vec3 other = std::abs(first.z) < std::abs(first.x) ? Vec3(0, 0, 1) : Vec3(1, 0, 0);
         second = glm::cross(first, other);
     }
     second = glm::normalize(second - first * glm::dot(first, second));
@@ -94,43 +95,23 @@ glm::mat3 main_axes(const RayScene& scene) {
         axes[axis] = found[nearest][axis] < 0 ? -found[nearest] : found[nearest];
         // Exactly the world's axes in rooms along them.
         for (int k = 0; k < 3; ++k) {
-            if (std::abs(axes[axis][k]) < 1e-6F) axes[axis][k] = 0;
+            if (std::abs(axes[axis][k]) < tolerances::kRounding) axes[axis][k] = 0;
         }
         axes[axis] = glm::normalize(axes[axis]);
     }
     return axes;
 }
 
-/// The walls across an axis; those within a millimetre are merged at the largest triangle.
-std::vector<FlatWall> flat_walls(const RayScene& scene, const glm::mat3& axes, int axis) {
-    struct Slice {
-        FlatWall wall;
-        float largest_m2 = 0;
-    };
-    std::map<std::int64_t, Slice> slices;
-    for (const RayScene::Triangle& t : scene.triangles()) {
-        if (std::abs(glm::dot(t.normal, axes[axis])) < kAlongAxis) continue;
-        const float at_m = glm::dot(t.vertices[0], axes[axis]);
-        const float area_m2 = t.area_m2();
-        Slice& slice = slices[std::llround(1000 * at_m)];
-        slice.wall.area_m2 += area_m2;
-        if (area_m2 <= slice.largest_m2) continue;
-        slice.largest_m2 = area_m2;
-        slice.wall.at_m = at_m;
-    }
-    std::vector<FlatWall> walls;
-    for (const auto& [at_mm, slice] : slices) walls.push_back(slice.wall);
-    std::stable_sort(walls.begin(), walls.end(),
-                     [](const FlatWall& a, const FlatWall& b) { return a.area_m2 > b.area_m2; });
-    return walls;
-}
-
-std::vector<float> planes_across(const std::vector<FlatWall>& walls, float low_m, float high_m,
+std::vector<float> planes_across(std::vector<GridAxis::Wall> walls, float low_m, float high_m,
                                  float cell_m) {
+    std::stable_sort(walls.begin(), walls.end(),
+                     [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
     std::vector<float> cuts;
-    for (const FlatWall& wall : walls) {
-        if (wall.area_m2 < kLeastFaces * cell_m * cell_m) break;
-        if (wall.at_m < low_m - 1e-3F || wall.at_m > high_m + 1e-3F) continue;
+    for (const GridAxis::Wall& wall : walls) {
+        if (wall.area_m2 < double{kLeastFaces * cell_m * cell_m}) break;
+        if (double{wall.at_m} < double{low_m} - tolerances::kSame_m ||
+            double{wall.at_m} > double{high_m} + tolerances::kSame_m)
+            continue;
         const bool apart = std::all_of(cuts.begin(), cuts.end(), [&](float cut) {
             return std::abs(wall.at_m - cut) >= kLeastCells * cell_m;
         });
@@ -138,18 +119,17 @@ std::vector<float> planes_across(const std::vector<FlatWall>& walls, float low_m
     }
     std::sort(cuts.begin(), cuts.end());
     // Whole cells from the outermost walls to the ends.
-    const float cell_before_m = cell_m * 1.001F;
     if (cuts.empty()) cuts.push_back(low_m);
     std::vector<float> planes;
-    const float before = std::max(0.0F, std::ceil((cuts.front() - low_m) / cell_m - 1e-3F));
+    const float before = std::max(0.0F, GridAxis::parts_of(cuts.front() - low_m, cell_m));
     for (float k = before; k > 0; --k) planes.push_back(cuts.front() - k * cell_m);
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
         const float gap_m = cuts[i + 1] - cuts[i];
-        const float parts = std::max(1.0F, std::ceil(gap_m / cell_before_m));
+        const float parts = std::max(1.0F, GridAxis::parts_of(gap_m, cell_m));
         for (float k = 0; k < parts; ++k) planes.push_back(cuts[i] + gap_m * k / parts);
     }
     planes.push_back(cuts.back());
-    const float after = std::ceil((high_m - cuts.back()) / cell_m - 1e-3F);
+    const float after = GridAxis::parts_of(high_m - cuts.back(), cell_m);
     for (float k = 1; k <= after; ++k) planes.push_back(cuts.back() + k * cell_m);
     if (planes.size() < 2) planes.push_back(planes.back() + cell_m);
     return planes;
@@ -166,8 +146,9 @@ GridLines::GridLines(const RayScene& scene, std::span<const Vec3> points, float 
         high = glm::max(high, to_grid(point));
     }
     for (int axis = 0; axis < 3; ++axis) {
-        planes_[static_cast<std::size_t>(axis)] = planes_across(
-            flat_walls(scene, axes_, axis), low[axis] - cell_m, high[axis] + cell_m, cell_m);
+        planes_[static_cast<std::size_t>(axis)] =
+            planes_across(flat_walls(scene, Vec3(0), axes_[axis], WallsOf::all_objects),
+                          low[axis] - cell_m, high[axis] + cell_m, cell_m);
     }
 }
 

@@ -4,16 +4,26 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/tolerances.h"
 #include "engine/rays/follow_rays.h"
 
 namespace aula {
 
 namespace {
 
-constexpr std::uint8_t kSolid = 255;  ///< the part of a point on a wall
+/// The part of a point on a wall; no cell has as many.
+constexpr std::uint8_t kSolid = 255;
+static_assert(GridPoints::kPointsOfCell <= kSolid);
 
-/// A point this near a wall, in distances of points, is on it: rounding must not open a wall.
+/// A point this near a wall, in distances of points, is on it: rounding must not open a wall. Above
+/// the rounding of 400 cells.
 constexpr float kOnWall = 1e-3F;
+static_assert(kOnWall > 400 * GridPoints::kPoints * tolerances::kRounding);
+
+/// Length of a line before the first plane and beyond the last one: walls in these planes are hit,
+/// and no further ones.
+constexpr float kBefore_m = 0.01F;
+static_assert(double{kBefore_m} > 2 * tolerances::kSame_m);
 
 }  // namespace
 
@@ -103,7 +113,6 @@ void GridPoints::trace(const RayScene& scene, const GridLines& lines, std::size_
     blocked_[axis].assign(part_.size(), 0);
     const std::uint32_t count = lines_along(axis);
     const std::vector<float>& planes = lines.planes(a);
-    constexpr float kBefore_m = 0.01F;
     const float begin = planes.front() - kBefore_m;
     const Vec3 direction = lines.axes()[a];
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "engine/rays/ray_scene.h"
@@ -31,7 +32,8 @@ class GridPoints {
     static constexpr std::uint32_t kPoints = 6;
     static constexpr std::uint32_t kPointsOfFace = kPoints * kPoints;
     static constexpr std::uint32_t kPointsOfCell = kPoints * kPoints * kPoints;
-    static constexpr std::uint32_t kNoPart = 0xffffffff;
+    /// No part, no cell.
+    static constexpr std::uint32_t kNoPart = std::numeric_limits<std::uint32_t>::max();
 
     GridPoints(const RayScene& scene, const GridLines& lines);
 
@@ -81,8 +83,9 @@ class GridPoints {
     }
 
  private:
+    // Bits of walls_.
     static constexpr unsigned kInside = 1;
-    static constexpr unsigned kAfter = 2;  ///< along the axis x
+    static constexpr unsigned kAfter = 2;  ///< along the axis x, then those of y and z
 
     std::size_t point(const Index& i) const {
         return (std::size_t{i[2]} * points_[1] + i[1]) * points_[0] + i[0];

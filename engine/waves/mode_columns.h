@@ -30,10 +30,11 @@ struct WaveOperator {
     void add(const WaveGrid& grid, const Counts& counts);
 };
 
-/// Columns of numbers over the cells of a grid, in blocks of 16 columns that are stored one after
-/// another. Sums have a fixed order, so that results do not depend on the number of threads.
+/// Columns of numbers over the cells of a grid, in blocks of kBlock columns that are stored one
+/// after another. Sums have a fixed order, so that results do not depend on the number of threads.
 class ModeColumns {
  public:
+    /// The lanes of single precision of the widest vector unit, 512 bits.
     static constexpr std::size_t kBlock = 16;
 
     ModeColumns(std::size_t cells, std::size_t blocks)
@@ -43,7 +44,7 @@ class ModeColumns {
     std::size_t blocks() const { return blocks_; }
     std::size_t columns() const { return blocks_ * kBlock; }
 
-    /// [cell][16]
+    /// [cell][kBlock]
     float* block(std::size_t b) { return values_.data() + b * cells_ * kBlock; }
     const float* block(std::size_t b) const { return values_.data() + b * cells_ * kBlock; }
     float& at(std::size_t cell, std::size_t column) {

@@ -7,6 +7,7 @@ namespace aula {
 
 namespace {
 
+/// Of polynomials of third degree.
 constexpr std::size_t kNodes = 4;
 
 /// A walk from cell to cell along an axis, which turns round at a wall.
@@ -85,7 +86,9 @@ std::optional<ModeValues> modes_at(const RoomGrid& grid, const RoomModes& modes,
     std::array<NodeWeights, 3> weights;
     for (int axis = 0; axis < 3; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
-        before[a] = at[axis] < cells.centre_m[*home][axis] ? 2 : 1;
+        // The place is between the two nodes in the middle.
+        constexpr int kBelow = static_cast<int>(kNodes) / 2 - 1;
+        before[a] = at[axis] < cells.centre_m[*home][axis] ? kBelow + 1 : kBelow;
         weights[a] = lagrange(nodes_along(cells, *home, axis, before[a]), double{at[axis]});
     }
 

@@ -10,7 +10,9 @@
 #include <numeric>
 #include <utility>
 
+#include "engine/base/bisection.h"
 #include "engine/base/mix64.h"
+#include "engine/waves/wall_damping.h"
 
 namespace aula {
 
@@ -27,25 +29,42 @@ constexpr double kCellsPerWavelength = 6.5;
 /// room, and later ones, are nearly single modes; the square of that leaves 1 % of the lowest ones
 /// in the highest.
 constexpr int kFirstDegree = 12;
-constexpr int kDegree = 24;
+constexpr int kDegree = 24;  // of all but the first
 
-/// Passes at most, ten and those before a search begins anew, and the error of a frequency at which
-/// they end: below that of the grid.
-constexpr int kMaxPasses = 14;
+/// The error of a frequency at which passes end: a tenth of that of the grid
+/// (`test_waves "room_modes: a box*"`).
 constexpr double kMaxError = 1e-4;
 
-/// The same where the room changes, so that it is followed sooner: a third of the error that tests
-/// allow, up to a share of the highest wave number above which the taper leaves a third of a mode.
+/// The same where the room changes, so that it is followed sooner: half of the error that the test
+/// `test_waves "room_waves: after a small change*"` allows, up to the share of the highest wave
+/// number above which the taper leaves less than a third of a mode.
 constexpr double kMaxChangingError = 1e-3;
-constexpr double kChangingShare = 0.95;
+// Of the highest wave number.
+constexpr double kChangingShare = 1 - kModeTaper / 3;
 
 /// Passes from the modes of a room that differs, after which a search begins anew: more than three
 /// show that it differs too much.
 constexpr int kMaxWarmPasses = 4;
 
-/// More columns than modes: without them the highest modes converge slowly.
+/// Passes at most, ten of a search that began anew: a bound of the time, where modes are nearly
+/// equal to those that have no columns.
+constexpr int kMaxPasses = 10 + kMaxWarmPasses;
+
+/// More columns than modes: without them the highest modes converge slowly. A pass takes a time in
+/// proportion to the square of their number.
 constexpr double kSpareShare = 0.12;
-constexpr double kSpareColumns = 10;
+constexpr double kSpareColumns = 10;  // in small rooms, of few modes
+
+/// Squared wave number of the last column over the highest one that is wanted. By Weyl's law the
+/// number of modes grows with its power 1.5: (1 + kSpareShare)^(2/3).
+constexpr double kFirstLow = 1.08;
+
+/// The filter begins this far above the highest squared wave number at least, so that it does not
+/// damp modes that are wanted.
+constexpr double kLeastLow = 1.02;
+
+/// Of the wave number of the last column, the least exact one: from here on modes are unknown.
+constexpr double kKnownShare = 0.98;
 
 /// A squared norm, of 1, below which a column depends on the others in single precision.
 constexpr double kDependent = 2e-5;
@@ -53,8 +72,13 @@ constexpr double kDependent = 2e-5;
 /// Above it the columns are so independent that one factor makes them orthonormal.
 constexpr double kIndependent = 0.05;
 
-/// Below this squared wave number in 1/m2, 0.5 Hz, a mode is the constant pressure.
+/// Below this squared wave number in 1/m2, 0.5 Hz, a mode is the constant pressure: a room whose
+/// first mode is lower is 300 m long, and single precision leaves less than 1e-6 of the highest
+/// one.
 constexpr double kConstant = 1e-4;
+
+/// In place of 0, the squared norm of a column without values; its inverse root is a float.
+constexpr double kNoSquare{std::numeric_limits<float>::min()};
 
 /// Share of noise in the first columns, which finds modes that no product of cosines contains.
 constexpr float kNoise = 0.3F;
@@ -228,7 +252,7 @@ void normalize(ModeColumns& columns, WorkerPool& pool) {
         }
         std::array<float, ModeColumns::kBlock> scale{};
         for (std::size_t k = 0; k < scale.size(); ++k) {
-            scale[k] = static_cast<float>(1 / std::sqrt(std::max(sums[k], 1e-30)));
+            scale[k] = static_cast<float>(1 / std::sqrt(std::max(sums[k], kNoSquare)));
         }
         for (std::size_t i = 0; i < columns.cells() * ModeColumns::kBlock; ++i) {
             values[i] *= scale[i % ModeColumns::kBlock];
@@ -322,14 +346,10 @@ double weyl_count(double wave_number, double volume_m3, double surface_m2) {
 }
 
 double weyl_wave_number(double count, double volume_m3, double surface_m2) {
-    double low = 0;
+    const auto is_below = [&](double k) { return weyl_count(k, volume_m3, surface_m2) < count; };
     double high = 1;
-    while (weyl_count(high, volume_m3, surface_m2) < count) high *= 2;
-    for (int i = 0; i < 60; ++i) {
-        const double middle = (low + high) / 2;
-        (weyl_count(middle, volume_m3, surface_m2) < count ? low : high) = middle;
-    }
-    return high;
+    while (is_below(high)) high *= 2;
+    return bisected(0, high, is_below);
 }
 
 double cell_for_wave_number_m(double wave_number) {
@@ -350,7 +370,7 @@ RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, Work
     const WaveOperator op(grid);
     const double highest2 = highest_wave_number * highest_wave_number;
 
-    const double first_low = 1.08 * highest2;  // about where the spare columns end
+    const double first_low = kFirstLow * highest2;
     bool is_warm = near.has_value();
     ModeColumns columns =
         is_warm ? first_columns(grid, blocks, *near) : first_columns(grid, blocks);
@@ -366,7 +386,7 @@ RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, Work
         if (modes.error < (is_warm ? kMaxChangingError : kMaxError) || modes.passes == kMaxPasses ||
             stop.stop_requested())
             break;
-        low = std::max(eigenvalues.back(), 1.02 * highest2);
+        low = std::max(eigenvalues.back(), kLeastLow * highest2);
         is_mixed = false;
         if (is_warm && modes.passes == kMaxWarmPasses) {
             is_warm = false;
@@ -379,7 +399,7 @@ RoomModes find_room_modes(const WaveGrid& grid, double highest_wave_number, Work
 
     // Modes above the last column, which is the least exact, are unknown.
     const double last2 = *std::max_element(eigenvalues.begin(), eigenvalues.end());
-    modes.highest_wave_number = std::min(highest_wave_number, 0.98 * std::sqrt(last2));
+    modes.highest_wave_number = std::min(highest_wave_number, kKnownShare * std::sqrt(last2));
     std::vector<std::size_t> order(columns.columns());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(eigenvalues.size()),

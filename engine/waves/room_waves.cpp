@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -14,7 +15,8 @@ namespace aula {
 
 namespace {
 
-/// Cells along the mean extent of the grid that measures volume and surface of the room.
+/// Cells along the mean extent of the grid that measures volume and surface of the room: 2744
+/// cells, a tenth to a third of those of the modes, whose number errors of 1 % change by as much.
 constexpr float kMeasuringCells = 14;
 
 /// The volumes of two rooms, the smaller over the larger, from which one's modes serve the search
@@ -23,6 +25,14 @@ constexpr double kNearVolume = 0.9;
 
 /// The octaves 500 Hz and 1 kHz, whose reverberation gives Schroeder's frequency.
 constexpr std::array<std::size_t, 2> kMiddleOctaves{3, 4};
+
+/// Mean absorptions for Eyring's formula, which has no reverberation time for 0 and 1. With them
+/// Schroeder's frequency is above and below all limits.
+constexpr double kLeastAbsorption = 1e-4;
+constexpr double kMostAbsorption = 0.99;  // as in the open
+
+/// 24 ln(10) / c, of Sabine's formula, at 343 m/s.
+constexpr double kSabine_s_per_m = 0.161;
 
 /// Schroeder's frequency with Eyring's reverberation time, of the mean absorption in some octaves.
 double schroeder_of(const WaveGrid& grid, const RayScene& scene,
@@ -37,8 +47,9 @@ double schroeder_of(const WaveGrid& grid, const RayScene& scene,
         }
     }
     const double surface_m2 = grid.wall_m2();
-    const double mean = std::clamp(absorbed_m2 / surface_m2, 1e-4, 0.99);
-    const double time_s = 0.161 * grid.total_volume_m3() / (surface_m2 * -std::log1p(-mean));
+    const double mean = std::clamp(absorbed_m2 / surface_m2, kLeastAbsorption, kMostAbsorption);
+    const double time_s =
+        kSabine_s_per_m * grid.total_volume_m3() / (surface_m2 * -std::log1p(-mean));
     return schroeder_frequency_hz(time_s, grid.total_volume_m3());
 }
 
@@ -60,7 +71,7 @@ double open_share(const WaveGrid& grid) {
     for (const WaveGrid::WallPiece& piece : grid.walls) {
         if (piece.material == WaveGrid::kOpening) open_m2 += double{piece.area_m2};
     }
-    return open_m2 / std::max(grid.wall_m2(), 1e-9);
+    return open_m2 / std::max(grid.wall_m2(), std::numeric_limits<double>::min());
 }
 
 /// A room, and a coarse grid of it.

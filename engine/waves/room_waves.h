@@ -20,13 +20,23 @@ namespace aula {
 
 /// How far the modes of a room are computed.
 struct WaveLimits {
-    double modes = 180;       ///< about that number at most: the time grows with its third power
-    double highest_hz = 500;  ///< at most
-    double lowest_hz = 20;    ///< no modes if they end below it
-    double schroeder = 1.5;   ///< at most that multiple of each octave's Schroeder frequency
-    double cells = 1;         ///< multiple of the cells along an axis that suffice
-    double most_cells = 1 << 17;  ///< within the bounds of the room: 0.1 GB while it is cut
-    double most_open = 0.05;  ///< share of openings in the surface, above which there are no modes
+    /// About that number at most. A choice: the time grows with its third power, and is 0.2 to 0.5
+    /// s in the rooms of `aula-bench waves`.
+    double modes = 180;
+    /// At most. A choice: so many modes end there in a room of 10 m3.
+    double highest_hz = 500;
+    /// No modes if they end below it: the lowest frequency that is heard.
+    double lowest_hz = 20;
+    /// At most that multiple of each octave's Schroeder frequency, half an octave above the
+    /// crossover (docs/modes.md), which thus lies at Schroeder's frequency.
+    double schroeder = 1.5;
+    /// Multiple of the cells along an axis that suffice.
+    double cells = 1;
+    /// Within the bounds of the room. A choice: 0.1 GB while it is cut.
+    double most_cells = 1 << 17;
+    /// Share of openings in the surface, above which there are no modes. A choice: a door of 2 m2
+    /// in a room of 40 m2 of surface.
+    double most_open = 0.05;
 };
 
 /// Why places have no modes.

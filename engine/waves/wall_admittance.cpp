@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/bisection.h"
+
 namespace aula {
 
 namespace {
 
-/// The admittance with kHighestPassiveAbsorption; higher ones absorb less.
+/// The admittance with kHighestPassiveAbsorption, the maximum of Paris' formula: higher ones absorb
+/// less (`test_waves "wall_admittance: *"`).
 constexpr double kHighestAdmittance = 0.64;
 
 }  // namespace
@@ -20,13 +23,8 @@ double absorption_of_admittance(double admittance) {
 
 double admittance_of_absorption(double absorption) {
     const double wanted = std::min(absorption, kHighestPassiveAbsorption);
-    double low = 0;
-    double high = kHighestAdmittance;
-    for (int i = 0; i < 60; ++i) {
-        const double middle = (low + high) / 2;
-        (absorption_of_admittance(middle) < wanted ? low : high) = middle;
-    }
-    return high;
+    return bisected(0, kHighestAdmittance,
+                    [&](double b) { return absorption_of_admittance(b) < wanted; });
 }
 
 }  // namespace aula

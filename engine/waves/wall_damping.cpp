@@ -20,9 +20,9 @@ constexpr double kLeastWaveNumber2 = 3.4e-4;
 /// as damped by itself. The levels of octaves change by 0.1 dB at most.
 constexpr double kUncoupled = 0.04;
 
-/// Above this share of the highest frequency of the modes rays have more than nine tenths of the
-/// power, see WaveMasks.
-constexpr double kHeard = 0.85;
+/// Above this share of the highest frequency of the modes their amplitudes fall (kModeTaper), and
+/// rays have more than nine tenths of the power, see WaveMasks.
+constexpr double kHeard = 1 - kModeTaper;
 
 /// The frequency in Hz where an octave band begins; the lowest begins at 0.
 double band_begin_hz(std::size_t band) {

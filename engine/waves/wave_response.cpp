@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 #include "engine/base/near_field.h"
 #include "process/multiversion.h"
@@ -19,6 +20,15 @@ using Complex = std::complex<double>;
 /// Below this argument the series of the integrals of sine and cosine converges faster than the
 /// continued fraction.
 constexpr double kSeriesEnd = 3;
+
+/// Terms of the series: the next one, 3^n / n!, is below 2^-53.
+constexpr int kSeriesTerms = 30;
+
+/// Terms of the continued fraction at most; from kSeriesEnd on it takes up to 60, as long as a
+/// further one changes it by more than some steps of double precision.
+constexpr int kFractionTerms = 100;
+// Relative change.
+constexpr double kExact = 4 * std::numeric_limits<double>::epsilon();
 
 /// 0..1: the part above an edge, at a ratio of wave numbers to it. Smooth: corners would ring.
 double share_above(double ratio) {
@@ -77,12 +87,15 @@ struct MeanIntegrals {
 struct PoleTerm {
     float damping = 0;  ///< the real part of s - pole
     float wave_number = 0;
-    std::array<float, 4> real{};
-    std::array<float, 4> imaginary{};
+    std::array<float, std::tuple_size_v<WaveField>> real{};
+    std::array<float, std::tuple_size_v<WaveField>> imaginary{};
 };
 
-/// Wave numbers that are computed together.
+/// Wave numbers that are computed together: the lanes of single precision of 512 bits.
 constexpr std::size_t kTogether = 16;
+
+/// Real and imaginary parts of a field.
+constexpr std::size_t kParts = 2 * std::tuple_size_v<WaveField>;
 using Together = float __attribute__((vector_size(kTogether * sizeof(float))));
 
 /// Adds the poles and their conjugates at kTogether wave numbers, each times a share, to the real
@@ -91,7 +104,7 @@ AULA_MULTIVERSION void add_poles(const PoleTerm* terms, std::size_t count, const
                                  const float* shares, float* sums) {
     Together k;
     Together share;
-    Together sum[8];
+    Together sum[kParts];
     std::memcpy(&k, at, sizeof k);
     std::memcpy(&share, shares, sizeof share);
     std::memcpy(sum, sums, sizeof sum);
@@ -108,7 +121,7 @@ AULA_MULTIVERSION void add_poles(const PoleTerm* terms, std::size_t count, const
         const Together real_difference = term.damping * (upper - lower);
         const Together imaginary_sum = upper_imaginary + lower_imaginary;
         const Together imaginary_difference = upper_imaginary - lower_imaginary;
-        for (std::size_t c = 0; c < 4; ++c) {
+        for (std::size_t c = 0; c < kParts / 2; ++c) {
             sum[2 * c] += term.real[c] * real_sum - term.imaginary[c] * imaginary_difference;
             sum[2 * c + 1] += term.real[c] * imaginary_sum + term.imaginary[c] * real_difference;
         }
@@ -116,7 +129,8 @@ AULA_MULTIVERSION void add_poles(const PoleTerm* terms, std::size_t count, const
     std::memcpy(sums, sum, sizeof sum);
 }
 
-/// Poles below this wave number in 1/m, of 5 Hz, are those of the constant pressure.
+/// Poles below this wave number in 1/m, of 5 Hz, are those of the constant pressure: two octaves
+/// below what is heard, where rooms of up to 30 m have no other modes.
 constexpr double kConstantPressure = 0.1;
 
 bool is_constant(const Complex& pole) { return std::abs(pole) < kConstantPressure; }
@@ -143,7 +157,7 @@ std::vector<PoleTerm> terms_of(const WaveResponse::Octaves& octaves, double shif
         PoleTerm& term = terms.emplace_back();
         term.damping = static_cast<float>(shift - pole.real());
         term.wave_number = static_cast<float>(pole.imag());
-        for (std::size_t c = 0; c < 4; ++c) {
+        for (std::size_t c = 0; c < kParts / 2; ++c) {
             const Complex residue = octaves.residues[i][c];
             term.real[c] = factor * static_cast<float>(residue.real());
             term.imaginary[c] = factor * static_cast<float>(residue.imag());
@@ -177,7 +191,7 @@ WaveSpectra WaveResponse::modal(double step, std::size_t count, double shift) co
                 if (wave_number > 0) shares[i] = static_cast<float>(share_of(some, wave_number));
             }
             if (std::all_of(shares.begin(), shares.end(), [](float x) { return x == 0; })) continue;
-            std::array<float, 8 * kTogether> sums{};
+            std::array<float, kParts * kTogether> sums{};
             best_version<add_poles>(terms.data(), terms.size(), at.data(), shares.data(),
                                     sums.data());
             for (std::size_t c = 0; c < spectra.size(); ++c)
@@ -277,7 +291,7 @@ std::array<double, 2> sine_cosine_integrals(double x) {
         double sine = 0;
         double cosine = 0;
         double power = 1;  // (-1)^(n / 2) x^n / n!
-        for (int n = 1; n < 40; ++n) {
+        for (int n = 1; n <= kSeriesTerms; ++n) {
             power *= x / n;
             if (n % 2 == 0) power = -power;
             (n % 2 == 1 ? sine : cosine) += power / n;
@@ -289,14 +303,14 @@ std::array<double, 2> sine_cosine_integrals(double x) {
     Complex c = 1 / std::numeric_limits<double>::min();
     Complex d = 1.0 / b;
     Complex fraction = d;
-    for (int i = 1; i < 200; ++i) {
+    for (int i = 1; i <= kFractionTerms; ++i) {
         const double a = -static_cast<double>(i) * i;
         b += 2.0;
         d = 1.0 / (a * d + b);
         c = b + a / c;
         const Complex step = c * d;
         fraction *= step;
-        if (std::abs(step - 1.0) < 1e-15) break;
+        if (std::abs(step - 1.0) < kExact) break;
     }
     const Complex integral = fraction * std::polar(1.0, -x);
     return {std::numbers::pi / 2 + integral.imag(), -integral.real()};
