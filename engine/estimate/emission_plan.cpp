@@ -2,16 +2,19 @@
 
 #include <algorithm>
 
+#include "engine/estimate/response_follower.h"
+
 namespace aula {
 
 namespace {
 
-constexpr int kShared = 2;  // times the limit of one emitter
+/// At rest a listener has at most this share of the rays of each source: what it gets if it has
+/// half of the rays in its turns.
+constexpr double kReserveShare = 0.5 / kReserveTurn;
 
-/// At rest a listener has at most this share of the rays of each source, and rays of at most this
-/// number of frames.
-constexpr double kReserveShare = 1.0 / 12;
-constexpr int kReserveFrames = 16;
+/// It has rays of at most this number of frames. A choice: the noise of the frames that a response
+/// in motion averages (ResponseFollower::kMostFrames).
+constexpr int kReserveFrames = ResponseFollower::kMostFrames;
 
 std::size_t count_changed(std::span<const EmitterStatus> emitters) {
     return static_cast<std::size_t>(std::count_if(
@@ -27,7 +30,7 @@ struct StaticEmitter {
 /// Gives one batch to each emitter without rays, then batch by batch to the emitter with the
 /// fewest.
 void share(std::vector<StaticEmitter>& static_emitters, int max_batches, int batch_rays) {
-    int left = kShared * max_batches;
+    int left = kSharedEmitters * max_batches;
     const auto give = [&](StaticEmitter& to) {
         ++*to.batches;
         to.emitted_rays += static_cast<std::uint64_t>(batch_rays);

@@ -6,6 +6,14 @@
 
 namespace aula {
 
+/// Static emitters share the rays of as many. A choice: their rays accumulate, those of a moved one
+/// do not, and the frames after a movement should not cost much less than those during one.
+inline constexpr int kSharedEmitters = 2;
+
+/// When all pairs have a mean over a window of frames, it is the turn of the listeners in one of as
+/// many frames. A choice: a listener has its reserve after three seconds at 30 frames per second.
+inline constexpr std::uint64_t kReserveTurn = 6;
+
 /// An emitter's state in this frame, as input to the plan.
 struct EmitterStatus {
     bool changed = false;            ///< the emitter or the scene has moved since the last frame

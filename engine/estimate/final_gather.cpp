@@ -14,21 +14,24 @@ namespace aula {
 
 namespace {
 
-constexpr int kBatchRays = 128;
-
-/// Russian roulette applies to a mirror ray below this weight in every band.
+/// Russian roulette applies to a mirror ray below this weight in every band. A choice: at half of
+/// it a frame of a museum of glass has 1 % less noise and takes a tenth more time, at 1.4 times it
+/// a fifth more noise.
 constexpr float kRouletteWeight = 0.7F;
 
 /// From this time on, where the sound field is diffuse, the first kLateShare of the rays represents
-/// all. A prefix of a low-discrepancy sequence is itself evenly distributed.
+/// all. A prefix of a low-discrepancy sequence is itself evenly distributed. Choices: bins are
+/// eight times as wide there as the first ones, and late parts of rows are most of the sums of a
+/// hall.
 constexpr double kLate_s = 0.512;
-constexpr float kLateShare = 0.25F;
+constexpr float kLateShare = 0.25F;  // of the rays
 
 /// Hits of a patch whose lengths differ by less than this share of the patch size are merged: the
-/// radiated energy has no finer resolution.
+/// radiated energy has no finer resolution, as a ray may meet the patch anywhere.
 constexpr float kJoined = 0.5F;
 
-/// Seeds the survival of the rays behind walls, beside the generations of the resampling.
+/// Seeds the survival of the rays behind walls; the generations of the resampling have lower
+/// numbers of the same seed.
 constexpr std::uint64_t kRoulette = 100;
 
 struct MirrorRay {

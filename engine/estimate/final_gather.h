@@ -40,6 +40,10 @@ class FinalGather {
     FinalGather(const RayScene& scene, const PatchGrid& grid, const Emitter& receiver,
                 const GatherSettings& settings, std::uint64_t frame_seed);
 
+    /// Rays of a batch, which one job traces. A choice: smaller ones divide a gather of 1000 rays
+    /// evenly among eight threads.
+    static constexpr int kBatchRays = 128;
+
     std::size_t batch_count() const { return batches_.size(); }
 
     /// Traces one batch of the rays. Call once for each batch. [any thread]

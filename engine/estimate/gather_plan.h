@@ -7,6 +7,12 @@
 
 namespace aula {
 
+/// Gather rays of a receiver at most: those of each for one window of frames after a movement of
+/// the scene. Most of the sound may pass a narrow opening such as that of a door; few rays find it,
+/// and no mean over frames is available yet. A choice: they find an opening with 1e-3 of what a
+/// receiver sees by four rays.
+inline constexpr int kMostGatherRays = 4096;
+
 /// A pair of source and listener, as input to the plan of the gathers.
 struct PairStatus {
     std::size_t source = 0;      ///< its emitter

@@ -7,7 +7,9 @@ namespace aula {
 
 namespace {
 
-/// Beyond this movement in a frame a response has nothing to do with the one before.
+/// Beyond this movement of ends and scene together in a frame, a response has nothing to do with
+/// the one before: it is that of another row of seats, or behind a corner. Walks are 20 times
+/// slower.
 constexpr double kJump_m = 1;
 
 }  // namespace

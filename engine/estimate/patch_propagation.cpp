@@ -17,22 +17,16 @@ namespace aula {
 
 namespace {
 
-/// When all pairs have a mean over a window of frames, the listeners emit in every sixth frame.
-constexpr std::uint64_t kReserveTurn = 6;
-
-/// Batches whose memory is kept, over those of one emitter: static emitters share twice as many.
-constexpr int kKeptBatches = 2;
-
 enum class SeedPurpose : std::uint64_t { grid = 2, gather = 4 };
 
-/// Gathers are traced together up to this number of rays: some receivers have few rays, and the
-/// hits of all need much memory.
-constexpr int kGatherRaysTogether = 4096;
+/// Gathers are traced together up to the rays of one: some receivers have few, and the hits of all
+/// need much memory.
+constexpr int kGatherRaysTogether = kMostGatherRays;
 
 /// The parts in which the energy of each of `pairs` is summed: those of all are enough for several
 /// threads, and each part has a response of its own.
 std::size_t divisions(std::size_t pairs) {
-    constexpr std::size_t kParts = 8;
+    constexpr std::size_t kParts = DepositParts::kCount;
     return std::max<std::size_t>(kParts / pairs, 1);
 }
 
@@ -211,7 +205,7 @@ void PatchPropagation::trace(const PropagationFrame& frame, const std::vector<in
     std::vector<std::pair<std::size_t, int>> jobs;
     for (std::size_t e = 0; e < emitter_count(); ++e)
         for (int b = 0; b < batches[e]; ++b) jobs.emplace_back(e, b);
-    const auto kept = static_cast<std::size_t>(kKeptBatches * tracer_.batch_count());
+    const auto kept = static_cast<std::size_t>(kSharedEmitters * tracer_.batch_count());
     batches_.resize(std::max(jobs.size(), std::min(batches_.size(), kept)));
     workers_.run(jobs.size(), [&](std::size_t job) {
         const auto [e, b] = jobs[job];

@@ -11,27 +11,39 @@ namespace {
 /// the energy of a group may not.
 constexpr double kBegin_s = 0.032;
 
+/// Bins of a group. A choice: 16 ms of the first ones. Of more, errors of its parts cancel; of
+/// fewer, errors are noise.
 constexpr std::size_t kGroupBins = 16;
 
+/// A bin wider than the first of its group by more than this factor begins the next one: widths
+/// double, but for the last bin.
+constexpr float kSameWidth = 1.5F;
+
 /// Share of a new error in the smoothed ones. A smaller one detects changes later, a larger one
-/// takes more noise for a change.
+/// takes more noise for a change. A choice: two thirds of a second at 30 frames per second.
 constexpr float kErrorShare = 1.0F / 20;
 
 /// Mean square of the tracking signal of normally distributed noise: pi / 2 times kErrorShare / (2
 /// - kErrorShare).
 constexpr float kNoiseSignal = 0.04F;
+static_assert(kNoiseSignal > 1.57F * kErrorShare / (2 - kErrorShare) - 1e-3F &&
+              kNoiseSignal < 1.58F * kErrorShare / (2 - kErrorShare) + 1e-3F);
 
 /// Smoothed absolute error from which on the smoothed error says nothing about a lag: after an
-/// abrupt change, or where an error is cut off at 1.
+/// abrupt change, or where an error is cut off at 1. A choice: at a quarter of the energy its share
+/// of the lag would itself be as large as a step of 1 dB.
 constexpr float kUnreliable = 0.25F;
 
-/// Least change of a level in a frame.
+/// Least change of a level in a frame, 6 dB. A choice: a lower one lets a silent estimate, as of no
+/// detection, end a response.
 constexpr float kLeastFactor = 0.25F;
 
-/// An error of a group is an outlier from this many times its mean magnitude on.
+/// An error of a group is an outlier from this many times its mean magnitude on: of normally
+/// distributed errors one of 700.
 constexpr float kOutlier = 4;
 
-/// Least error of a group, which limits its weight in the common level, and its square.
+/// Least error of a group, which limits its weight in the common level, and its square: 0.004 dB,
+/// which is not heard.
 constexpr float kLeastError = 1e-3F;
 constexpr float kLeastSquare = kLeastError * kLeastError;
 
@@ -44,8 +56,9 @@ void scale(const EnergyResponse& from, std::size_t first_bin, std::size_t end_bi
     }
 }
 
-/// Frames over which the prediction errors of a filter are averaged.
-constexpr int kPredictions = 40;
+/// Frames over which the prediction errors of a filter are averaged: as many as the errors of
+/// groups.
+constexpr int kPredictions = static_cast<int>(2 / kErrorShare);
 
 }  // namespace
 
@@ -104,7 +117,7 @@ ResponseFollower::ResponseFollower(const EnergyResponse& silent, int window_fram
     for (std::size_t bin = bins.index(kBegin_s); bin < bins.count(); ++bin) {
         const auto width_m = static_cast<float>(width_s(bin)) * silent.speed_of_sound_m_s;
         if (groups_.empty() || bin - groups_.back().first_bin == kGroupBins ||
-            width_m > 1.5F * groups_.back().width_m) {
+            width_m > kSameWidth * groups_.back().width_m) {
             groups_.push_back({.first_bin = bin, .width_m = width_m});
         }
         groups_.back().end_bin = bin + 1;

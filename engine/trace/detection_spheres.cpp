@@ -12,11 +12,13 @@ namespace aula {
 namespace {
 
 /// Growth of the spheres of segments of up to kEven times the mean energy, in their band of most
-/// energy.
+/// energy. Choices: late hits are four times as many, and the strongest of these count four mean
+/// ones.
 constexpr float kLeastGrowth = 4;
-constexpr float kEven = 16;
+constexpr float kEven = 16;  // four mean energies in a sphere of four times the cross-section
 
-/// Bands with a lower mean (-100 dB) are ignored.
+/// Bands with a lower mean are ignored: at -100 dB they are not heard beside others, and would
+/// decide by the ratio.
 constexpr float kMinMean = 1e-10F;
 
 /// Sums over the segments that begin at about the same path length.

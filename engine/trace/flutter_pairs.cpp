@@ -34,16 +34,18 @@ constexpr std::size_t kMostPlanes = 256;
 /// Planes at a larger angle turn the path out of a room of usual size within ten reflections.
 constexpr double kParallel_rad = glm::radians(3.0);
 
-/// 60 dB. Between surfaces of absorption 0.02 they take 170 reflections, of which the last are only
-/// 11 dB below the hundredth.
+/// The last image source over the first: 60 dB.
 constexpr double kLowest = 1e-6;
+
+/// A choice: between surfaces of absorption 0.02 these 60 dB take 170 reflections, of which the
+/// last are only 11 dB below the hundredth.
 constexpr std::size_t kMostOrders = 100;
 
 /// Sequences of all pairs: those of fifty boxes of hard walls. They have 20 bytes each, and cost
 /// nothing to sources and listeners that are not between their planes.
 constexpr std::size_t kMostSequences = 32768;
 
-/// Moving surfaces that a line passes.
+/// Moving surfaces that a line passes: the two sides of eight objects.
 constexpr int kMostPassed = 16;
 
 /// What is large and mirrors sound, [plane].

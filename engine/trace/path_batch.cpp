@@ -42,17 +42,17 @@ void draw_choices(std::size_t count, PathBatch& paths) {
     for (std::size_t i = 0; i < padded_lanes(count); ++i) {
         RandomStream random(paths.random[i]);
         const auto u = random.uniform_2d();
-        // Above 0: at 0 a lobe of nearly zero energy could be selected.
-        paths.choice[i] = std::max(u[0], 0x1p-25F);
+        paths.choice[i] = std::max(u[0], PathBatch::kLeastChoice);
         paths.roulette[i] = u[1];
         paths.random[i] = random.state();
     }
 }
 
-/// Processes eight paths together, so that values with one number per path fill vectors as well.
+/// Processes as many paths together as there are bands, so that values with one number per path
+/// fill vectors as well.
 AULA_MULTIVERSION
 void scatter_energies(const RayScene& scene, const Bands& attenuation_per_m, PathBatch& paths) {
-    constexpr std::size_t kPaths = 8;
+    constexpr std::size_t kPaths = kBandCount;
     const BandVector attenuation = load_bands(attenuation_per_m);
     for (std::size_t first = 0; first < paths.count; first += kPaths) {
         std::array<BandVector, kPaths> energy;

@@ -20,6 +20,10 @@ struct PathBatch {
     /// paths survives with the share sqrt(r) of the energy of each.
     static constexpr float kRouletteEnergy = 1e-3F;
 
+    /// The least of the uniform numbers that choose a lobe, half a step of them: at 0 a lobe of
+    /// nearly zero energy could be chosen.
+    static constexpr float kLeastChoice = 0x1p-25F;
+
     /// Where a reflection sends a path.
     enum class Lobes {
         one,      ///< to one lobe, chosen at random

@@ -9,9 +9,11 @@ namespace aula {
 
 namespace {
 
-// Few batches could not be divided evenly among threads; small ones leave lanes empty sooner.
+/// Batches at least, unless they would have fewer rays than kFewestRays. Choices: as many threads
+/// have about equal shares, and smaller batches leave most lanes empty after few reflections.
 constexpr int kFewestBatches = 8;
-constexpr int kFewestRays = 64;
+constexpr int kFewestRays = 64;  // of a batch
+static_assert(kFewestRays < PathTracer::kBatchRays);
 
 enum class PathSeed : std::uint64_t { directions = 1, rays = 2, walls = 3 };
 
@@ -36,6 +38,7 @@ int PathTracer::batch_count() const {
 }
 
 int PathTracer::rays_of(int batches) const {
+    // Rays of a full vector.
     constexpr auto kVector = static_cast<std::int64_t>(padded_lanes(1));
     const std::int64_t vectors = (settings_.rays + kVector - 1) / kVector;
     const std::int64_t count = batch_count();
@@ -45,6 +48,7 @@ int PathTracer::rays_of(int batches) const {
 
 std::vector<PathLine> PathTracer::lines(const Emitter& emitter, std::uint64_t frame_seed, int count,
                                         int order) const {
+    // A choice of the picture: the height of a room.
     constexpr float kEscapeLength_m = 3;
     PathTracer first_rays = *this;
     first_rays.set_rays(std::clamp(count, 0, settings_.rays));

@@ -12,10 +12,14 @@ namespace aula {
 
 namespace {
 
+/// Paths that have passed one wall, two, and more. A choice: what has passed three is mostly below
+/// what has passed one.
 constexpr std::size_t kGenerations = 3;
 
-/// Each generation has this share of the places, however weak it is.
-constexpr std::size_t kReserved = 6;
+/// Each generation has one of as many places, however weak it is: all have half of the places, the
+/// rest follow the energies.
+constexpr std::size_t kReserved = 2 * kGenerations;
+static_assert(Thinning::kFewest >= kReserved, "a generation has no place");
 
 struct Generation {
     BandVector total{};     ///< energy

@@ -41,7 +41,9 @@ class Resampler {
 /// paths cannot end them where each hit adds a path, as in the gap of a door.
 class Thinning {
  public:
+    /// A choice: beside the 64 to kLanes paths of a batch, walls take less time than the room.
     static constexpr std::size_t kMost = 32;
+    /// One for each of the places that resampling reserves.
     static constexpr std::size_t kFewest = 6;
 
     /// Sets the number of places for paths of that total energy. Returns the factor of their

@@ -8,7 +8,8 @@ namespace aula {
 
 namespace {
 
-/// Particles that one job moves, and that one query of the scene intersects.
+/// Particles that one job moves, and that one query of the scene intersects. A choice: a population
+/// has sixteen jobs.
 constexpr std::size_t kBlock = 64;
 
 /// Multiplies the energy by `share` and chooses the diffuse or the specular lobe for all bands

@@ -19,10 +19,14 @@ namespace {
 
 using Point = ScenePlanes::Point;
 
-// Sequences that are always candidates, those that chains have met in addition, and the
-// chains of a listener and frame.
+/// Sequences that are always candidates, and those that chains have met in addition. Choices: each
+/// is mirrored for each pair in each frame. Those of six walls are listed up to order 4, those of
+/// twenty up to order 2.
 constexpr std::size_t kMaxListed = 4096;
-constexpr std::size_t kMaxDiscovered = 4096;
+constexpr std::size_t kMaxDiscovered = 4096;  // as many
+
+/// Chains of a listener and frame. A choice: within tau each part of the sphere around the listener
+/// with a thousandth of its area is met by eight at 30 frames per second.
 constexpr std::uint32_t kChains = 512;
 
 // Images of flutter of all sources at a listener, a choice: a hard box has 600 of a source, which

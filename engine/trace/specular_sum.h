@@ -41,6 +41,7 @@ class SpecularSum {
     bool full() const { return by_image_.size() >= kMaxImages; }
 
  private:
+    /// A choice: 2 MB for each pair.
     static constexpr std::size_t kMaxImages = 1 << 14;
 
     struct Detected {

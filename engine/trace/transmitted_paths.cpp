@@ -13,7 +13,7 @@ namespace {
 
 enum class TransmissionSeed : std::uint64_t { crossing = 1, copy = 2, roulette = 3 };
 
-/// Below this energy single precision loses digits.
+/// Below 1.2e-38 single precision loses digits; a reflection may leave 1e-8 of this energy.
 constexpr float kLeastRouletteEnergy = 1e-30F;
 
 }  // namespace
@@ -63,7 +63,7 @@ void TransmittedPaths::transmit(const PathBatch& from, int reflections) {
         RandomStream random(derive_seed(from.random[i], TransmissionSeed::crossing));
         const auto u = random.uniform_2d();
         const Vec3 lambert = lambert_direction(exit.normal, random.uniform_2d());
-        const bool diffuse = std::max(u[0], 0x1p-25F) * total < to_diffuse;
+        const bool diffuse = std::max(u[0], PathBatch::kLeastChoice) * total < to_diffuse;
         Bands energy = diffuse ? scattered : transmitted * complement(exit.wall.scattering);
         energy *= total / (diffuse ? to_diffuse : total - to_diffuse);
         // The faces of a wall may not be parallel.
