@@ -315,6 +315,46 @@ TEST_CASE("an object below 0.3 m has no edges, and short edges are dropped") {
     CHECK(edges_of(aula::test::box({0.5F, 0.11F, 0.5F})).size() == 12);
 }
 
+TEST_CASE("among many objects the short edges are dropped, those of furniture are not") {
+    // Boxes of 0.3 x 0.2 x 0.15 m, each with four edges of each length.
+    const auto edges_of_boxes = [](int boxes) {
+        Object object;
+        for (int i = 0; i < boxes; ++i) {
+            const Vec3 place(static_cast<float>(i % 30), static_cast<float>(i / 30), 0);
+            add(object, aula::test::box({0.3F, 0.2F, 0.15F}, 0, place));
+        }
+        return edges_of(object);
+    };
+    const auto longer_than = [](const std::vector<DiffractionEdge>& edges, double length_m) {
+        return std::count_if(edges.begin(), edges.end(),
+                             [&](const DiffractionEdge& e) { return e.length_m > length_m; });
+    };
+    // As many as a frame may test for their detour: all lengths of a hundred boxes, the longest
+    // ones of three hundred.
+    CHECK(edges_of_boxes(100).size() == 1200);
+    const auto many = edges_of_boxes(300);
+    CHECK(many.size() == 2000);
+    CHECK(longer_than(many, 0.25) == 1200);
+    CHECK(longer_than(many, 0.17) == 2000);
+    // However many they are, shelves and legs of chairs diffract.
+    const auto crowd = edges_of_boxes(600);
+    CHECK(crowd.size() == 2400);
+    CHECK(longer_than(crowd, 0.25) == 2400);
+}
+
+TEST_CASE("an edge that a mesh divides into sides of 8 mm is one edge") {
+    // A free wall of 1 m, the upper edge of which is the base of a fan.
+    Object wall;
+    constexpr int kSides = 125;
+    const auto upper = [](int i) {
+        return Vec3(static_cast<float>(i) / static_cast<float>(kSides), 0, 1);
+    };
+    for (int i = 0; i < kSides; ++i) add_triangle(wall, {0.5F, 0, 0}, upper(i), upper(i + 1));
+    const auto edges = edges_of(wall);
+    CHECK(edges.size() == 3);
+    CHECK(length_m(edges) == Approx(1 + 2 * std::hypot(0.5, 1.0)).margin(1e-3));
+}
+
 TEST_CASE("edges follow any rigid motion of the soup") {
     aula::RandomStream random(9);
     const auto edges = edges_of(furnished());

@@ -47,6 +47,9 @@ TEST_CASE("the foot of a wall on a floor is no edge, above the floor it is") {
     };
     CHECK(count(0) == 4 + 3);
     CHECK(count(0.05F) == 4 + 4);
+    // A gap of a mesh, and the gap under a door.
+    CHECK(count(0.003F) == 4 + 3);
+    CHECK(count(0.008F) == 4 + 4);
 }
 
 TEST_CASE("a box on a floor has eight edges, one that floats has twelve") {
