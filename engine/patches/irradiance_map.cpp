@@ -21,21 +21,26 @@ namespace aula {
 
 namespace {
 
-/// Triangles with an edge longer than this share of a patch are counted in pieces of this size.
+/// Triangles with an edge longer than this share of a patch are counted in pieces of this size. A
+/// choice: the sixteen pieces of a full patch have 32 hits each (SoundReach).
 constexpr float kPiece = 0.25F;
 
 /// A group of small triangles grows over their edges until this number of hits is expected in it,
-/// at the mean density of all patches.
+/// at the mean density of all patches. A choice: their standard error is a quarter.
 constexpr double kGroupHits = 16;
 
-/// Of more triangles at an edge the others are not joined with its neighbours.
+/// Of more triangles at an edge the others are not joined with its neighbours. A choice, which
+/// bounds the time: meshes have two.
 constexpr std::ptrdiff_t kMostAtEdge = 16;
 
 /// Prior: the number of hits at the patch's mean that every part is assumed to have, so that a part
-/// with few hits does not deviate far from the mean.
+/// with few hits does not deviate far from the mean. A choice: a group of kGroupHits is changed by
+/// 1.6 % at most.
 constexpr float kPriorHits = 0.25F;
 
 /// Significance threshold of the squared hit densities, in standard deviations of a uniform patch.
+/// A choice: of 10^5 uniform patches none exceeds it by chance. In the museum half and twice of
+/// each of these values change noise and energy by less than 1 % (`aula-bench noise`).
 constexpr double kSignificance = 6;
 
 /// No part, no patch.

@@ -11,6 +11,9 @@ namespace aula {
 
 namespace {
 
+/// Beside the numbers of triangles, which select the samples of a SurfaceSampler of the same seed.
+enum class ReachSeed : std::uint64_t { samples = 1 << 29, walks = 1 << 30 };
+
 /// Attempts to reach the sound from a sample. A choice: one that sees half a solid angle of marked
 /// patches fails with a probability of 6 %.
 constexpr int kReachAttempts = 4;
@@ -51,7 +54,7 @@ bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, Irradian
         const std::size_t before = count_;
         const RandomWalks walks{.paths = kWalks,
                                 .bounces = kWalkBounces,
-                                .seed = derive_seed(seed_, 1 << 30, round),
+                                .seed = derive_seed(seed_, ReachSeed::walks, round),
                                 .through_walls = true,
                                 .leave_m = kLeave_patches * grid_.size_m()};
         trace_random_walks(scene_, inside, walks,
@@ -83,7 +86,7 @@ std::vector<char> SoundReach::reaches(std::span<const SurfaceSample> samples,
         const std::size_t first = chunk * kChunk;
         const std::size_t count = std::min(kChunk, samples.size() - first);
         test(samples.subspan(first, count), std::span(reached).subspan(first, count),
-             derive_seed(seed_, 1 << 29, chunk));
+             derive_seed(seed_, ReachSeed::samples, chunk));
     });
     return reached;
 }

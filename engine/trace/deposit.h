@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "aula/engine/bands.h"
@@ -21,6 +22,9 @@ struct Deposit {
     /// deposits of the last reflections, at the energy of which responses end.
     static constexpr int kUnit_log2 = -34;
 
+    /// One less than the type has.
+    static constexpr int kMantissaBits = std::numeric_limits<std::uint16_t>::digits - 1;
+
     std::array<std::uint16_t, kBandCount> mantissa{};
     std::uint32_t patch = 0;
     std::uint16_t bin = 0;      ///< of TimeBins, by the path length
@@ -31,8 +35,8 @@ struct Deposit {
     void set_energy(const BandVector& energy, float u) {
         const float strongest = max_of_bands(energy)[0];
         const std::int32_t log2 = (std::bit_cast<std::int32_t>(strongest) >> 23) - 127;
-        // The strongest mantissa is below 2^15, so that rounding cannot reach 2^16.
-        const std::int32_t shift = std::max(0, log2 + 1 - kUnit_log2 - 15);
+        // The strongest mantissa has kMantissaBits at most, so that rounding cannot reach 2^16.
+        const std::int32_t shift = std::max(0, log2 + 1 - kUnit_log2 - kMantissaBits);
         const auto scale = power_of_2(-kUnit_log2 - shift);
         const auto whole = __builtin_convertvector(energy * scale + u, BandIntegers);
         const auto parts = __builtin_convertvector(whole, Mantissas);
