@@ -54,13 +54,14 @@ FrameMaker::FrameMaker(const Scene& scene, const FrameSettings& settings,
                              settings, hrtf.get())),
       carriers_(make_noise_carriers(settings.sample_rate_hz, scene.simulation.seed)),
       waves_(scene, settings.waves_ready),
-      synthesis_(
-          std::make_unique<WaveSynthesis>(settings.sample_rate_hz, config_.response_samples)),
       medium_(scene.medium),
       speed_of_sound_m_s_(scene.medium.speed_of_sound_m_s()),
       rays_(scene.simulation.ray_count()),
       listeners_(settings.listeners),
-      slot_sources_(config_.sources) {
+      slot_sources_(config_.sources),
+      workers_(scene.simulation.threads.value_or(default_threads())) {
+    for (int thread = 0; thread < workers_.threads(); ++thread)
+        workspaces_.push_back(std::make_unique<Workspace>(config_));
     for (std::size_t l = 0; l < settings.listeners; ++l)
         builders_.push_back(std::make_unique<RenderFrameBuilder>(config_, hrtf));
     input_.listeners.resize(settings.listeners);
@@ -152,7 +153,8 @@ void FrameMaker::warm_up(const RoomState& room, double longest_s) {
         propagate(room);
     }
     // A builder's first response takes longer than later ones.
-    for (std::size_t v = 0; v < voices_.size(); ++v) build_response(v, 0, response_);
+    for (std::size_t v = 0; v < voices_.size(); ++v)
+        build_response(v, 0, workspaces_[0]->steps.back());
 }
 
 /// The energies of a voice at a listener who has covered a share of the way from the place of the
@@ -194,28 +196,32 @@ void FrameMaker::keep_responses() {
 /// The newest response of a voice that is not ringing out.
 void FrameMaker::build_response(std::size_t voice, std::size_t listener,
                                 ImpulseResponse& response) const {
-    synthesise(voice, propagation_.response(voice, listener), response, nullptr,
-               ImpulseResponseBuilder::kWhole);
+    synthesise(workspaces_[0]->synthesis, voice, propagation_.response(voice, listener), response,
+               nullptr, ImpulseResponseBuilder::kWhole);
 }
 
-/// Likewise in a step of the frame: a step that is not whole has its beginning.
-void FrameMaker::build_step(std::size_t voice, std::size_t listener, std::size_t step,
-                            ImpulseResponse& response) {
+/// Likewise in all steps of the frame: a step that is not whole has its beginning. [several
+/// threads, for different voices]
+void FrameMaker::build_steps(std::size_t voice, std::size_t listener, Workspace& workspace) {
     Voice& of = voices_[voice];
     of.scales.resize(listeners_.size());
-    const std::size_t steps = frame_steps(config_);
-    std::optional<EnergyResponse> moving;
-    if (step + 1 < steps && !of.before.empty())
-        moving = between(voice, listener, static_cast<float>(step + 1) / static_cast<float>(steps));
-    synthesise(voice, moving ? *moving : propagation_.response(voice, listener), response,
-               &of.scales[listener], builders_[listener]->step_samples(step));
+    const std::size_t steps = workspace.steps.size();
+    for (std::size_t step = 0; step < steps; ++step) {
+        std::optional<EnergyResponse> moving;
+        if (step + 1 < steps && !of.before.empty())
+            moving =
+                between(voice, listener, static_cast<float>(step + 1) / static_cast<float>(steps));
+        synthesise(workspace.synthesis, voice,
+                   moving ? *moving : propagation_.response(voice, listener), workspace.steps[step],
+                   &of.scales[listener], builders_[listener]->step_samples(step));
+    }
 }
 
-void FrameMaker::synthesise(std::size_t voice, const EnergyResponse& rays,
+void FrameMaker::synthesise(WaveSynthesis& synthesis, std::size_t voice, const EnergyResponse& rays,
                             ImpulseResponse& response, TailScale* scale,
                             std::size_t samples) const {
     const Voice& of = voices_[voice];
-    synthesis_->build(
+    synthesis.build(
         *of.impulse_responses, rays, waves_.pair(of.state.pose.position, rays.listener, rays),
         [&](const SoundPath& path) {
             return of.trajectory.delay_s(path, double{speed_of_sound_m_s_});
@@ -232,7 +238,6 @@ SourceSound FrameMaker::sound_of(const Voice& voice, const ImpulseResponse& resp
                         gains_.direct, gains_.early, &voice.trajectory);
 }
 
-// Responses are large, so that they are built one after another.
 void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames) {
     const auto begin = std::chrono::steady_clock::now();
     propagate(room);
@@ -252,20 +257,26 @@ void FrameMaker::fill(const RoomState& room, std::span<const std::unique_ptr<Ren
     }
     const auto present =
         static_cast<std::size_t>(std::count_if(playing.begin(), playing.end(), std::identity()));
-    const std::size_t steps = frame_steps(config_);
     for (std::size_t l = 0; l < frames.size(); ++l) {
         if (room.exchange) builders_[l]->set_exchange(room.exchange->first, room.exchange->second);
-        for (std::size_t slot = 0; slot < playing.size(); ++slot) {
-            const Voice* const voice = playing[slot];
-            for (std::size_t step = 0; step < steps; ++step) {
-                SourceSound sound = absent_sound();
-                if (voice != nullptr) {
-                    if (voice->last.empty())
-                        build_step(static_cast<std::size_t>(voice - voices_.data()), l, step,
-                                   response_);
-                    sound = sound_of(*voice, voice->last.empty() ? response_ : voice->last[l]);
+        for (std::size_t first = 0; first < playing.size(); first += workspaces_.size()) {
+            const std::size_t count = std::min(workspaces_.size(), playing.size() - first);
+            workers_.run(count, [&](std::size_t i) {
+                const Voice* const voice = playing[first + i];
+                if (voice != nullptr && voice->last.empty())
+                    build_steps(static_cast<std::size_t>(voice - voices_.data()), l,
+                                *workspaces_[i]);
+            });
+            for (std::size_t i = 0; i < count; ++i) {
+                const Voice* const voice = playing[first + i];
+                for (std::size_t step = 0; step < frame_steps(config_); ++step) {
+                    const SourceSound sound =
+                        voice == nullptr
+                            ? absent_sound()
+                            : sound_of(*voice, voice->last.empty() ? workspaces_[i]->steps[step]
+                                                                   : voice->last[l]);
+                    builders_[l]->prepare(first + i, sound, present, *frames[l], step);
                 }
-                builders_[l]->prepare(slot, sound, present, *frames[l], step);
             }
         }
     }

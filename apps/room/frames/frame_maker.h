@@ -15,6 +15,7 @@
 #include "aula/engine/impulse_response.h"
 #include "aula/engine/propagation.h"
 #include "aula/engine/scene.h"
+#include "engine/base/worker_pool.h"
 
 namespace aula {
 
@@ -94,6 +95,15 @@ class FrameMaker {
         std::vector<TailScale> scales;       ///< [listener]
     };
 
+    /// What builds the responses of a voice at a listener, and these, [step].
+    struct Workspace {
+        Workspace(const RendererConfig& config)
+            : synthesis(config.sample_rate_hz, config.response_samples),
+              steps(frame_steps(config)) {}
+        WaveSynthesis synthesis;
+        std::vector<ImpulseResponse> steps;
+    };
+
     struct Gains {
         float direct = 1;
         float early = 1;
@@ -108,10 +118,9 @@ class FrameMaker {
         return slot_sources_[voice.state.slot] == voice.state.id;
     }
     void build_response(std::size_t voice, std::size_t listener, ImpulseResponse& response) const;
-    void build_step(std::size_t voice, std::size_t listener, std::size_t step,
-                    ImpulseResponse& response);
-    void synthesise(std::size_t voice, const EnergyResponse& rays, ImpulseResponse& response,
-                    TailScale* scale, std::size_t samples) const;
+    void build_steps(std::size_t voice, std::size_t listener, Workspace& workspace);
+    void synthesise(WaveSynthesis& synthesis, std::size_t voice, const EnergyResponse& rays,
+                    ImpulseResponse& response, TailScale* scale, std::size_t samples) const;
     EnergyResponse between(std::size_t voice, std::size_t listener, float share) const;
     void keep_responses();
     SourceSound sound_of(const Voice& voice, const ImpulseResponse& response) const;
@@ -122,7 +131,6 @@ class FrameMaker {
     std::shared_ptr<const NoiseCarriers> carriers_;
     std::vector<std::unique_ptr<RenderFrameBuilder>> builders_;  ///< [listener]
     FrameWaves waves_;
-    std::unique_ptr<WaveSynthesis> synthesis_;
     Medium medium_;
     float speed_of_sound_m_s_;
     FrameInput input_;
@@ -133,7 +141,9 @@ class FrameMaker {
     std::vector<Voice> ringing_;               ///< removed, and still ringing out
     std::vector<std::uint64_t> slot_sources_;  ///< [slot] in the newest frame; 0: none
     Gains gains_;                              ///< of the newest frame
-    ImpulseResponse response_;                 ///< work space: one source at one listener
+    WorkerPool workers_;
+    /// As many as threads: responses are large, and built for a few sources at a time.
+    std::vector<std::unique_ptr<Workspace>> workspaces_;
 };
 
 }  // namespace aula
