@@ -9,7 +9,6 @@
 #include "apps/output/formatted.h"
 #include "apps/output/output_file.h"
 #include "apps/output/printable.h"
-#include "apps/room/base/output_files.h"
 #include "apps/room/offline/measurement_text.h"
 #include "apps/room/offline/offline.h"
 #include "aula/audio/sound_file.h"
@@ -33,23 +32,25 @@ void print(const std::string& text) {
 
 /// The output files of --ir, --echogram and --report. They are opened before the measurement and
 /// committed after it: a file that cannot be written is reported first, and no partial file
-/// remains.
+/// remains. The HRTF and the headphones of --ir are read before it, too.
 class MeasurementFiles {
  public:
     MeasurementFiles(const Arguments& arguments, const Scene& scene) : arguments_(arguments) {
         const PlaybackOptions& playback = arguments.playback;
-        if (arguments.ir)
+        if (arguments.ir) {
+            output_.emplace(playback, "impulse responses");
             for (std::size_t s = 0; s < scene.sources.size(); ++s)
                 responses_.push_back(std::make_unique<WavWriter>(
                     response_file(*arguments.ir, scene, s), playback.sample_rate_hz,
                     channel_count(playback.output), SampleFormat::float32));
+        }
         if (arguments.echogram) echogram_.emplace(*arguments.echogram);
         if (arguments.report_json) report_.emplace(*arguments.report_json);
     }
 
     void write(const Scene& scene, const Measurement& measurement) {
         if (arguments_.ir) {
-            const ImpulseResponses impulse_responses(measurement, arguments_.playback);
+            const ImpulseResponses impulse_responses = responses_with(measurement, *output_);
             for (std::size_t s = 0; s < responses_.size(); ++s)
                 write_planar(*responses_[s], impulse_responses.response(s));
         }
@@ -67,6 +68,7 @@ class MeasurementFiles {
 
  private:
     const Arguments& arguments_;
+    std::optional<OutputResources> output_;  ///< of --ir
     std::vector<std::unique_ptr<WavWriter>> responses_;
     std::optional<OutputFile> echogram_;
     std::optional<OutputFile> report_;
@@ -87,10 +89,6 @@ int render(const Arguments& arguments) {
 int measure(const Arguments& arguments) {
     const Scene scene = read_scene(arguments);
     MeasurementFiles files(arguments, scene);
-    // Files that cannot be read are reported before the measurement. The HRTF is kept until its
-    // use.
-    const auto hrtf = arguments.ir ? hrtf_for(arguments.playback) : nullptr;
-    headphones_for(arguments.playback);
     ProgressBar bar("measuring", arguments.quiet);
     const auto measurement = measure(
         scene, within_budget({.frames = arguments.frames,

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 
 namespace aula::plugin {
 
@@ -31,21 +31,18 @@ std::vector<ImpulseResponseBuilder> response_builders(const SharedRoom& room, st
 
 }  // namespace
 
-GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room,
-                                              const std::filesystem::path& hrtf,
-                                              const PluginPorts& ports) {
+GroupVoice::Dimensions GroupVoice::dimensions(const SharedRoom& room, const PluginPorts& ports) {
     FrameSettings settings{ports};
-    settings.hrtf = hrtf;
     // Half the memory of the filters of sixteen channels.
     settings.half_precision_tail = ports.output == OutputFormat::toa;
     settings.max_sources = ports.sources;
     return {renderer_config(room.scene(), room.response_length_s(), settings), hrtf_for(settings)};
 }
 
-GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
-                       const PluginPorts& ports, std::shared_ptr<const ControlSnapshot> controls,
-                       std::function<void()> leave, ReportRays report)
-    : GroupVoice(room, dimensions(*room, hrtf, ports), std::move(controls), std::move(leave),
+GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const PluginPorts& ports,
+                       std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave,
+                       ReportRays report)
+    : GroupVoice(room, dimensions(*room, ports), std::move(controls), std::move(leave),
                  std::move(report)) {}
 
 GroupVoice::GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimensions,

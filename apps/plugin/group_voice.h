@@ -26,9 +26,9 @@ class GroupVoice final : public PluginRoom {
     /// The frames follow `controls`. `leave` is called once, on the propagation thread, when the
     /// instance has to leave for another room; `report` like that of OwnRoom. Waits until a frame
     /// is heard. Throws InputError.
-    GroupVoice(std::shared_ptr<SharedRoom> room, const std::filesystem::path& hrtf,
-               const PluginPorts& ports, std::shared_ptr<const ControlSnapshot> controls,
-               std::function<void()> leave, ReportRays report);
+    GroupVoice(std::shared_ptr<SharedRoom> room, const PluginPorts& ports,
+               std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave,
+               ReportRays report);
     ~GroupVoice() override;
 
     void render(std::span<const float* const> inputs, std::span<float* const> outputs,
@@ -67,8 +67,7 @@ class GroupVoice final : public PluginRoom {
     GroupVoice(std::shared_ptr<SharedRoom> room, const Dimensions& dimensions,
                std::shared_ptr<const ControlSnapshot> controls, std::function<void()> leave,
                ReportRays report);
-    static Dimensions dimensions(const SharedRoom& room, const std::filesystem::path& hrtf,
-                                 const PluginPorts& ports);
+    static Dimensions dimensions(const SharedRoom& room, const PluginPorts& ports);
 
     const std::shared_ptr<SharedRoom> room_;
     const SceneControls places_;

@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 
 namespace aula::plugin {
 

@@ -62,10 +62,8 @@ float share_of(float place, float wanted, float low, float high) {
 /// Rays of a quality per ray of the scene.
 float rays_factor(float quality) { return std::pow(4.0F, std::round(quality) - 1); }
 
-AuralizerOptions auralizer_options(const std::filesystem::path& hrtf, const PluginPorts& ports,
-                                   RenderClock clock) {
+AuralizerOptions auralizer_options(const PluginPorts& ports, RenderClock clock) {
     AuralizerOptions options{ports};
-    options.hrtf = hrtf;
     options.clock = clock;
     options.sample_by_sample = true;
     options.max_sources = ports.sources;
@@ -236,12 +234,12 @@ void ControlFollower::follow(Auralizer& auralizer, const ControlValues& values) 
     applied_ = values;
 }
 
-OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports)
+OwnRoom::OwnRoom(const Scene& scene, const PluginPorts& ports)
     : follower_(scene, ports.sources),
       auralizer_(instance_scene(scene, ports.sources),
-                 auralizer_options(hrtf, ports, RenderClock::exact)) {}
+                 auralizer_options(ports, RenderClock::exact)) {}
 
-OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports,
+OwnRoom::OwnRoom(const Scene& scene, const PluginPorts& ports,
                  std::shared_ptr<const ControlSnapshot> controls, const ReportRays& report,
                  std::shared_ptr<GrowingLength> length, std::function<void()> replace)
     : length_(std::move(length)),
@@ -249,7 +247,7 @@ OwnRoom::OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const Pl
       follower_(scene, ports.sources),
       auralizer_(
           live_scene(instance_scene(scene, ports.sources), *length_),
-          live_options(scene, ports.sources, auralizer_options(hrtf, ports, RenderClock::real_time),
+          live_options(scene, ports.sources, auralizer_options(ports, RenderClock::real_time),
                        std::move(controls), report, *length_, std::move(replace))) {}
 
 void OwnRoom::wait_for_frame() const {

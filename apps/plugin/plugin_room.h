@@ -115,11 +115,11 @@ struct PluginPorts : OutputOptions {
 class OwnRoom final : public PluginRoom {
  public:
     /// On the exact clock, without latency; set_controls() sets the controls. Throws InputError.
-    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports);
+    OwnRoom(const Scene& scene, const PluginPorts& ports);
     /// On the real-time clock: the frames follow `controls`, with as many rays as are computed in
     /// time. `report` is called on the propagation thread, and `replace` once when the responses
     /// are to have another length.
-    OwnRoom(const Scene& scene, const std::filesystem::path& hrtf, const PluginPorts& ports,
+    OwnRoom(const Scene& scene, const PluginPorts& ports,
             std::shared_ptr<const ControlSnapshot> controls, const ReportRays& report,
             std::shared_ptr<GrowingLength> length, std::function<void()> replace);
 

@@ -171,13 +171,19 @@ void RoomLoader::build_live() {
 
 void RoomLoader::build_exact() {
     auto room = build<OwnRoom>([this](const RoomFiles& readable) {
-        return std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, ports_);
+        return std::make_unique<OwnRoom>(plugin_scene(readable), ports_with(readable));
     });
     std::unique_lock lock(mutex_);
     exact_ = std::move(room);
     wants_exact_ = false;
     lock.unlock();
     done_.notify_all();
+}
+
+PluginPorts RoomLoader::ports_with(const RoomFiles& readable) const {
+    PluginPorts ports = ports_;
+    ports.hrtf = readable.hrtf;
+    return ports;
 }
 
 /// A room on the real-time clock: its own, or that of a group.
@@ -189,7 +195,7 @@ std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     const auto group = static_cast<int>(std::lround(value_of(values, Control::room_group)));
     if (group == 0) {
         auto room =
-            std::make_unique<OwnRoom>(plugin_scene(readable), readable.hrtf, ports_, controls_,
+            std::make_unique<OwnRoom>(plugin_scene(readable), ports_with(readable), controls_,
                                       report, length_, [this] { request_another(); });
         room->wait_for_frame();
         return room;
@@ -197,7 +203,7 @@ std::unique_ptr<PluginRoom> RoomLoader::live_room(const RoomFiles& readable) {
     auto shared =
         SharedRoom::join({readable, group}, values, [&] { return plugin_scene(readable); });
     return std::make_unique<GroupVoice>(
-        std::move(shared), readable.hrtf, ports_, controls_, [this] { request_another(); }, report);
+        std::move(shared), ports_with(readable), controls_, [this] { request_another(); }, report);
 }
 
 /// The room of the present files, or as much of it as can be built; null if nothing can.

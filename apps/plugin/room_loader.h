@@ -84,6 +84,7 @@ class RoomLoader {
     template <typename Room>
     std::unique_ptr<Room> build(
         const std::function<std::unique_ptr<Room>(const RoomFiles& readable)>& make);
+    PluginPorts ports_with(const RoomFiles& readable) const;
     std::unique_ptr<PluginRoom> live_room(const RoomFiles& readable);
     void set_status(const std::string& line);
     void reply_all();

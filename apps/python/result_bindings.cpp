@@ -19,7 +19,7 @@
 #include "apps/output/printable.h"
 #include "apps/python/arrays.h"
 #include "apps/python/scene_bindings.h"
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 #include "apps/room/frames/signals.h"
 #include "apps/room/offline/offline.h"
 #include "audio/spatial/hrtf.h"

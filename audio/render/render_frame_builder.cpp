@@ -91,8 +91,11 @@ void RenderFrameBuilder::set_exchange(std::int64_t first, std::int64_t next) {
         const auto index = static_cast<std::size_t>(step);
         const auto begins = [&](std::int64_t n) { return first + (next - first) * n / steps; };
         const auto levels_until = [&](std::int64_t end) {
+            // An exchange within the fade of the one before it waits.
+            const bool waits =
+                begins(end) - begins(step) < static_cast<std::int64_t>(shape.fade_samples);
             return levels_in_use(shape.reverberation, shape.fade_samples, begins(step),
-                                 begins(end) + block);
+                                 waits ? begins(step) : begins(end) + block);
         };
         std::vector<char>& levels = state_->levels[index];
         levels = levels_until(step + 1);

@@ -42,7 +42,8 @@ struct SourceSound {
 };
 
 /// The settings of a renderer, whose caller reads the files of OutputOptions and equalises
-/// headphones. Half precision is also used for filters above 512 MiB.
+/// headphones. A call has at most a block of samples. Half precision is also used for filters above
+/// 512 MiB.
 struct RendererConfig : OutputOptions {
     std::size_t sources = 1;               ///< at most; SourceSound::absent leaves one out
     std::size_t response_samples = 48000;  ///< length of the longest reverberation

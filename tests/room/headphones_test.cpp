@@ -104,6 +104,13 @@ TEST_CASE("Impulse responses for headphones contain their filter, measured and p
     CHECK(measured[0].size() == plain[0].size());
     CHECK(difference(measured, plain) < kRounding);
 
+    // Files that are gone have been read.
+    const OutputResources output(options, "output");
+    std::filesystem::rename(file, folder.path() / "gone.wav");
+    CHECK_THROWS_AS(ImpulseResponses(*measurement, options), InputError);
+    CHECK(responses_with(*measurement, output).response(0) == measured);
+    std::filesystem::rename(folder.path() / "gone.wav", file);
+
     const auto played = [&](const std::filesystem::path& headphones) {
         AuralizerOptions playing;
         playing.clock = RenderClock::exact;

@@ -16,7 +16,7 @@
 #include "apps/plugin/lv2/features.h"
 #include "apps/plugin/lv2/lv2_plugin.h"
 #include "apps/plugin/lv2/ports.h"
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 #include "aula/exception.h"
 #include "engine/scene/scene_values.h"
 

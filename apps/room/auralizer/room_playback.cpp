@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 #include "audio/render/render_memory.h"
 
 namespace aula {

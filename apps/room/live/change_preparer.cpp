@@ -89,7 +89,6 @@ bool ChangePreparer::make(const Change& change) {
     const bool other_rate = change.options.sample_rate_hz != before.options.sample_rate_hz;
     // A scene that begins anew plays its own signals.
     if (change.starts_anew || other_rate) before.sources.clear();
-    if (other_rate) before.hrtf = nullptr;
     auto prepared =
         std::make_unique<PreparedScene>(change.scene, change.options, change.starts_anew, before);
     hooks_.apply_controls(*prepared);

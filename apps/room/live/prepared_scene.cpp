@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "apps/room/auralizer/auralizer_options.h"
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 #include "apps/room/frames/ray_budget.h"
 #include "apps/room/live/growing_length.h"
 
@@ -32,7 +32,8 @@ SignalSet signals_of(const Scene& scene, double sample_rate_hz, const Reusable& 
 /// Reading an HRTF takes almost a second.
 std::shared_ptr<const Hrtf> hrtf_after(const PlaybackOptions& options, const Reusable& before) {
     const bool kept = before.hrtf && options.hrtf == before.options.hrtf &&
-                      options.output == before.options.output;
+                      options.output == before.options.output &&
+                      options.sample_rate_hz == before.options.sample_rate_hz;
     return kept ? before.hrtf : hrtf_for(options);
 }
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "apps/room/base/output_files.h"
 #include "apps/room/frames/sound_at_listener.h"
 #include "apps/room/images/box_images.h"
 #include "apps/room/offline/diffuse_noise.h"
+#include "apps/room/offline/offline.h"
 #include "apps/room/waves/wave_join.h"
 #include "apps/room/waves/wave_synthesis.h"
 #include "audio/render/renderer.h"
@@ -38,14 +38,14 @@ RendererConfig config_of(const Measurement& measurement, const OutputOptions& op
 }  // namespace
 
 struct ImpulseResponses::State {
-    State(const Measurement& measured, const OutputOptions& options)
+    State(const Measurement& measured, const OutputResources& output)
         : measurement(measured),
-          hrtf(hrtf_for(options)),
-          headphones(headphones_for(options)),
-          config(config_of(measured, options)),
+          hrtf(output.hrtf),
+          headphones(output.headphones),
+          config(config_of(measured, output.options)),
           is_array(measured.receivers.size() > 1) {
         if (!is_array && !measured.images)
-            shared = make_noise_carriers(options.sample_rate_hz, measured.simulation.seed);
+            shared = make_noise_carriers(output.options.sample_rate_hz, measured.simulation.seed);
     }
 
     std::shared_ptr<const NoiseCarriers> carriers(std::size_t source, std::size_t receiver);
@@ -131,9 +131,14 @@ std::vector<std::vector<float>> ImpulseResponses::State::rendered(const SourceSo
     return response;
 }
 
-ImpulseResponses::ImpulseResponses(const Measurement& measurement, const OutputOptions& options) {
-    check_output(options, "impulse responses");
-    state_ = std::make_unique<State>(measurement, options);
+ImpulseResponses::ImpulseResponses(const Measurement& measurement, const OutputOptions& options)
+    : ImpulseResponses(measurement, OutputResources(options, "impulse responses")) {}
+
+ImpulseResponses::ImpulseResponses(const Measurement& measurement, const OutputResources& output)
+    : state_(std::make_unique<State>(measurement, output)) {}
+
+ImpulseResponses responses_with(const Measurement& measurement, const OutputResources& output) {
+    return {measurement, output};
 }
 
 ImpulseResponses::~ImpulseResponses() = default;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 #include "audio/dsp/fft.h"
 #include "aula/engine/impulse_response.h"
 #include "engine/base/worker_pool.h"

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/room/base/output_resources.h"
 #include "apps/room/base/playback_options.h"
 #include "apps/room/frames/signals.h"
 #include "aula/auralizer.h"
@@ -49,6 +50,9 @@ class OfflineRendering {
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// ImpulseResponses with files that have been read before, as before a long measurement.
+ImpulseResponses responses_with(const Measurement& measurement, const OutputResources& output);
 
 /// Renders a scene to a WAV file as OfflineRendering. The same scene, seed and options give the
 /// same bytes. Returns the warnings about sounds; empty, and leaves no file, if `progress`

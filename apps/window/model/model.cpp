@@ -95,7 +95,7 @@ void Model::update(double now_s) {
     watch_file();
 }
 
-/// Session options of a scene; the ambisonic order is that of the setting.
+/// Options of the playback of a scene; the ambisonic order is that of the setting.
 PlaybackOptions Model::playback_options() const {
     PlaybackOptions playback = options_.playback;
     playback.rays_fall = !options_.rays_given;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "aula/devices/scene_player.h"
 #include "aula/exception.h"
 #include "tests/support/test_scenes.h"
 #include "tests/support/wait.h"
@@ -103,4 +104,24 @@ TEST_CASE("A change that has to be prepared for another rate is, unless a newer 
                                                                      {has_newer ? 2 : 1, 44100}});
         CHECK(changes->status().failed == 0);
     }
+}
+
+TEST_CASE("A change keeps the HRTF, but not for another rate") {
+    const Scene scene = test::free_field({1, 0, 0});
+    PlaybackOptions options;
+    const PreparedScene first(scene, options, false);
+    REQUIRE(first.hrtf);
+    const PreparedScene same(scene, options, false, first.reusable());
+    CHECK(same.hrtf == first.hrtf);
+    options.sample_rate_hz = 44100;
+    const PreparedScene other(scene, options, false, first.reusable());
+    CHECK(other.hrtf != first.hrtf);
+}
+
+TEST_CASE("A scene player refuses headphones that cannot be read") {
+    ScenePlayerOptions options;
+    options.device = AudioDevice::kNone;
+    options.headphones = "/nonexistent.wav";
+    CHECK_THROWS_WITH(ScenePlayer(test::free_field({1, 0, 0}), options),
+                      Catch::Contains("/nonexistent.wav"));
 }

@@ -182,6 +182,7 @@ TEST_CASE("A measurement without sources, receivers or frames is an error") {
     const auto measurement = measure(scene, scene.sources, here, {.frames = 1});
     CHECK_THROWS_AS(ImpulseResponses(*measurement, {.sample_rate_hz = 7000}), InputError);
     CHECK_THROWS_AS(ImpulseResponses(*measurement, {.ambisonic_order = 4}), InputError);
+    CHECK_THROWS_AS(ImpulseResponses(*measurement, {.block = 0}), InputError);
 }
 
 TEST_CASE("A few further receivers gather more often than many") {

@@ -22,6 +22,7 @@ namespace aula {
 
 class BoxImages;
 struct JoinedWaves;
+struct OutputResources;
 
 /// The parameters of a measurement, in the order of their columns. More may follow at the end.
 enum class AcousticParameter {
@@ -205,8 +206,8 @@ MeasurementOptions within_budget(MeasurementOptions options, Quality quality);
 /// and the seed only.
 class ImpulseResponses {
  public:
-    /// Keeps a reference to the measurement. Reads the HRTF and the headphones for binaural output.
-    /// The block affects rounding only. Throws InputError.
+    /// Keeps a reference to the measurement. Reads the HRTF and the headphones for binaural output,
+    /// which is the default. The block affects rounding only. Throws InputError.
     ImpulseResponses(const Measurement& measurement, const OutputOptions& options);
     ~ImpulseResponses();
     ImpulseResponses(const ImpulseResponses&) = delete;
@@ -220,6 +221,10 @@ class ImpulseResponses {
     std::vector<std::vector<float>> response(std::size_t source, std::size_t receiver = 0) const;
 
  private:
+    friend ImpulseResponses responses_with(const Measurement& measurement,
+                                           const OutputResources& output);
+    ImpulseResponses(const Measurement& measurement, const OutputResources& output);
+
     struct State;
     std::unique_ptr<State> state_;
 };

@@ -18,4 +18,14 @@ std::shared_ptr<const Hrtf> hrtf_for(const OutputOptions& options);
 /// The filter of binaural output for headphones; null if there is none. Throws InputError.
 std::shared_ptr<const HeadphoneFilter> headphones_for(const OutputOptions& options);
 
+/// The options of an output with their files, read for a later use.
+struct OutputResources {
+    /// Throws InputError, also as check_output().
+    OutputResources(const OutputOptions& of, const std::string& who);
+
+    OutputOptions options;
+    std::shared_ptr<const Hrtf> hrtf;                   ///< null: none
+    std::shared_ptr<const HeadphoneFilter> headphones;  ///< null: none
+};
+
 }  // namespace aula

@@ -1,4 +1,4 @@
-#include "apps/room/base/output_files.h"
+#include "apps/room/base/output_resources.h"
 
 #include "audio/file/headphone_file.h"
 #include "aula/exception.h"
@@ -27,5 +27,8 @@ std::shared_ptr<const HeadphoneFilter> headphones_for(const OutputOptions& optio
     if (options.headphones.empty()) return nullptr;
     return read_headphones(options.headphones, options.sample_rate_hz);
 }
+
+OutputResources::OutputResources(const OutputOptions& of, const std::string& who)
+    : options((check_output(of, who), of)), hrtf(hrtf_for(of)), headphones(headphones_for(of)) {}
 
 }  // namespace aula
