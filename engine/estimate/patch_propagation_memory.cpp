@@ -7,8 +7,9 @@ namespace aula {
 
 namespace {
 
-/// Share of the cache memory for segments that end in mirrors; the sums have the rest. A choice: at
-/// the default memory 10^5 segments of each of ten ends, more than kMaxSegments keeps.
+/// Share of the cache memory for segments that end in mirrors; the sums have the rest. A choice: of
+/// the default memory of 256 MB they have space for 270,000, twice kMaxSegments for sources and for
+/// listeners.
 constexpr double kSegmentShare = 0.1;
 
 /// The grid has at least this number of patches, whatever the memory. A choice: about three for

@@ -31,7 +31,7 @@ constexpr double kAfterDirect_s = 0.1;
 /// Time between two observations; the shortest reverberation times are several times longer.
 constexpr double kStep_s = 0.008;
 
-/// Positions that represent all. A choice: each takes a tenth of a second.
+/// Positions that represent all. A choice: each of eight still has half of kParticles.
 constexpr std::size_t kMaxPlaces = 8;
 
 /// Particles of one source position and of all together. The level after this decay then has
