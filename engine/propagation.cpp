@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "aula/exception.h"
 #include "engine/base/sampling.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/worker_pool.h"
@@ -439,7 +440,8 @@ void Propagation::step(const FrameInput& given) {
 std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
                                                       std::span<const Vec3> receivers) {
     State& s = *state_;
-    assert(s.frame > 0 && s.patches);
+    assert(s.frame > 0);
+    if (!s.patches) throw InputError("responses_at: expected the estimator \"patch\"");
     FrameStatistics of_step = s.statistics;
     FrameInput input = given;
     input.listeners.assign(receivers.begin(), receivers.end());

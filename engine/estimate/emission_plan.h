@@ -11,7 +11,7 @@ namespace aula {
 inline constexpr int kSharedEmitters = 2;
 
 /// When all pairs have a mean over a window of frames, it is the turn of the listeners in one of as
-/// many frames. A choice: a listener has its reserve after three seconds at 30 frames per second.
+/// many frames. A choice: a listener has its reserve after six seconds at 30 frames per second.
 inline constexpr std::uint64_t kReserveTurn = 6;
 
 /// An emitter's state in this frame, as input to the plan.

@@ -145,7 +145,7 @@ class DecayObservation {
         // the growth of the time between two evaluations. Choices: 0.13 s, and a response is
         // followed for up to 15 % longer than it needs.
         constexpr std::size_t kFirst = 16;
-        constexpr double kGrowth = 1.15;  // of the time
+        constexpr double kGrowth = 1.15;
         const auto most = static_cast<std::size_t>(std::ceil(longest_s / kStep_s));
         std::size_t next = kFirst;
         for (std::size_t step = 1; step < most; ++step) {

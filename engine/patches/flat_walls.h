@@ -11,8 +11,8 @@ namespace aula {
 enum class WallsOf { all_objects, static_objects };
 
 /// The walls across a direction of unit length, by ascending position along it, from `origin` on.
-/// Walls within a millimetre are one, at the position of its largest triangle: otherwise points off
-/// their surfaces would be on both sides of a cut.
+/// Walls whose positions round to one millimetre are one, at the position of its largest triangle:
+/// otherwise points off their surfaces would be on both sides of a cut.
 std::vector<GridAxis::Wall> flat_walls(const RayScene& scene, const Vec3& origin,
                                        const Vec3& direction, WallsOf which);
 

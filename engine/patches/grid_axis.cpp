@@ -12,7 +12,7 @@ namespace {
 /// many slots as cells.
 constexpr float kMinGap = 0.1F;
 
-/// Share of a slot by which it begins early: above the rounding of 10^5 slots.
+/// Share of a slot by which it begins early: above a rounding of 10^5 slots, 2^-24 of them.
 constexpr float kEarly = 0.01F;
 
 }  // namespace

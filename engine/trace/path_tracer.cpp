@@ -12,7 +12,7 @@ namespace {
 /// Batches at least, unless they would have fewer rays than kFewestRays. Choices: as many threads
 /// have about equal shares, and smaller batches leave most lanes empty after few reflections.
 constexpr int kFewestBatches = 8;
-constexpr int kFewestRays = 64;  // of a batch
+constexpr int kFewestRays = 64;
 static_assert(kFewestRays < PathTracer::kBatchRays);
 
 enum class PathSeed : std::uint64_t { directions = 1, rays = 2, walls = 3 };

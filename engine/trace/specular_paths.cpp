@@ -23,7 +23,7 @@ using Point = ScenePlanes::Point;
 /// is mirrored for each pair in each frame. Those of six walls are listed up to order 4, those of
 /// twenty up to order 2.
 constexpr std::size_t kMaxListed = 4096;
-constexpr std::size_t kMaxDiscovered = 4096;  // as many
+constexpr std::size_t kMaxDiscovered = 4096;
 
 /// Chains of a listener and frame. A choice: within tau each part of the sphere around the listener
 /// with a thousandth of its area is met by eight at 30 frames per second.

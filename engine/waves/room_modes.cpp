@@ -35,7 +35,7 @@ constexpr int kDegree = 24;  // of all but the first
 /// (`test_waves "room_modes: a box*"`).
 constexpr double kMaxError = 1e-4;
 
-/// The same where the room changes, so that it is followed sooner: half of the error that the test
+/// The same where the room changes, so that it is followed sooner: the error that the test
 /// `test_waves "room_waves: after a small change*"` allows, up to the share of the highest wave
 /// number above which the taper leaves less than a third of a mode.
 constexpr double kMaxChangingError = 1e-3;

@@ -16,7 +16,8 @@ namespace aula {
 namespace {
 
 /// Cells along the mean extent of the grid that measures volume and surface of the room: 2744
-/// cells, a tenth to a third of those of the modes, whose number errors of 1 % change by as much.
+/// cells, a tenth to a third of those of the modes. An error of the volume by 1 % changes the
+/// number of modes by as much.
 constexpr float kMeasuringCells = 14;
 
 /// The volumes of two rooms, the smaller over the larger, from which one's modes serve the search

@@ -121,7 +121,7 @@ void ExactPlayback::render(std::span<const SourceSignal> inputs, std::span<float
     const FlushDenormals flush;
     for (int done = 0; done < samples;) {
         const int left = std::min(kBlock - filled_, samples - done);
-        const int part = pause_.advance(outputs, done, left);
+        const int part = pause_.until_silence(pause_.advance(outputs, done, left));
         if (part == 0) {
             done += left;
             continue;

@@ -28,8 +28,11 @@ int PauseFade::advance(std::span<float* const> outputs, int done, int samples) n
         for (float* const channel : outputs) std::fill_n(channel + done, samples, 0.0F);
         return 0;
     }
-    if (fading_out_) return std::min(samples, static_cast<int>(fade_.remaining()));
     return samples;
+}
+
+int PauseFade::until_silence(int samples) const noexcept {
+    return fading_out_ ? std::min(samples, static_cast<int>(fade_.remaining())) : samples;
 }
 
 std::span<const float> PauseFade::weights(int samples) noexcept {

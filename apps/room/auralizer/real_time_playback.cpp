@@ -141,6 +141,7 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
         running_ = true;
     }
     run_frames(clock, computer_.config().frame_s, *this);
+    computed_.clear();
 }
 
 bool RealTimePlayback::publish_frame(FrameClock& clock) {

@@ -56,13 +56,14 @@ class FrameClock {
     std::deque<double> recent_s_;
 };
 
-/// What is done with live frames. [propagation thread]
+/// What run_frames() does with frames. [propagation thread]
 class LiveFrames {
  public:
     virtual ~LiveFrames() = default;
     /// Waits for a time. False: no frame follows.
     virtual bool wait_until(FrameClock::Clock::time_point time) = 0;
-    /// Publishes the newest frame, if there is one. False: no frame follows.
+    /// Publishes the newest frame, if there is one, and waits until no pause lasts. False: no frame
+    /// follows.
     virtual bool publish_frame(FrameClock& clock) = 0;
     /// Notes that frame times were missed.
     virtual void skip_frames(std::uint64_t /*count*/) {}
@@ -70,8 +71,8 @@ class LiveFrames {
     virtual double compute_frame(FrameClock& clock) = 0;
 };
 
-/// At each frame time publishes the frame that was computed since the one before, then computes the
-/// next one.
+/// At each frame time publishes the frame that was computed since the frame time before, then
+/// computes the next one.
 void run_frames(FrameClock& clock, double frame_s, LiveFrames& frames);
 
 }  // namespace aula

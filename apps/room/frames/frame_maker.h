@@ -95,9 +95,9 @@ class FrameMaker {
         std::vector<TailScale> scales;       ///< [listener]
     };
 
-    /// What builds the responses of a voice at a listener, and these, [step].
+    /// Work space of a thread: a synthesis, and the responses of a voice at a listener, [step].
     struct Workspace {
-        Workspace(const RendererConfig& config)
+        explicit Workspace(const RendererConfig& config)
             : synthesis(config.sample_rate_hz, config.response_samples),
               steps(frame_steps(config)) {}
         WaveSynthesis synthesis;
@@ -142,7 +142,7 @@ class FrameMaker {
     std::vector<std::uint64_t> slot_sources_;  ///< [slot] in the newest frame; 0: none
     Gains gains_;                              ///< of the newest frame
     WorkerPool workers_;
-    /// As many as threads: responses are large, and built for a few sources at a time.
+    /// One for each thread: responses are large, and built for a few sources at a time.
     std::vector<std::unique_ptr<Workspace>> workspaces_;
 };
 

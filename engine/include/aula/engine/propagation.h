@@ -60,7 +60,7 @@ class Propagation {
     /// The responses of all sources at receivers that are not listeners, [source * receivers.size()
     /// + receiver]: one gather for each receiver from the caches after the newest step(), whose
     /// input is `input`. Receivers have no state, and an unlimited number of them can be used.
-    /// Requires Estimator::patch and a step().
+    /// Requires a step(). Throws InputError for other estimators than Estimator::patch.
     std::vector<EnergyResponse> responses_at(const FrameInput& input,
                                              std::span<const Vec3> receivers);
 
