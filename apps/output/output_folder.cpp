@@ -79,8 +79,8 @@ void OutputFolder::prepare() {
     else if (has_earlier)
         rename_flushed(earlier_, folder_);
     replaces_ = has_entry(folder_);
-    // From now on, so that nobody reads unfinished files who may not read the earlier ones, and new
-    // files belong to the group of a folder with S_ISGID.
+    // From now on: unfinished files have no other readers than the earlier ones, and new files
+    // belong to the group of a folder with S_ISGID.
     if (replaces_) copy_folder_permissions(part_, folder_, true);
 }
 

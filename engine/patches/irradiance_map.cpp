@@ -39,8 +39,9 @@ constexpr std::ptrdiff_t kMostAtEdge = 16;
 constexpr float kPriorHits = 0.25F;
 
 /// Significance threshold of the squared hit densities, in standard deviations of a uniform patch.
-/// A choice: of 10^5 uniform patches none exceeds it by chance. In the museum half and twice of
-/// each of these values change noise and energy by less than 1 % (`aula-bench noise`).
+/// A choice: of 10^5 uniform patches none exceeds it by chance. Half and twice of each of these
+/// values change noise and energy by less than 1 %
+/// (`aula-bench noise --estimator patch --rays 1000 scenes/museum.json`).
 constexpr double kSignificance = 6;
 
 /// No part, no patch.

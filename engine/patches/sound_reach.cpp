@@ -22,9 +22,8 @@ constexpr int kReachAttempts = 4;
 constexpr std::size_t kChunk = 1024;
 
 /// Walks of a round, their segments, and rounds at most. A choice: 131,072 rays of a round, and 1.6
-/// million of all. Half and twice of each change noise and energy by less than 1 % (`aula-bench
-/// noise
-/// --estimator patch --rays 1000 scenes/museum.json`).
+/// million of all. Half and twice of each change noise and energy by less than 1 %
+/// (`aula-bench noise --estimator patch --rays 1000 scenes/museum.json`).
 constexpr int kWalks = 4096;
 constexpr int kWalkBounces = 32;  // as many as of a survey of a room
 constexpr int kWalkRounds = 12;

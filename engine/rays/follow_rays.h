@@ -8,11 +8,11 @@
 
 namespace aula {
 
-/// Follows paths, such as walks or probes, from hit to hit until none is left. In each round
-/// one query of the scene finds the ends of all next segments: `segment(path)` is a
-/// path's next ray, and `meet(path, ray, hit)` receives its end, changes the path
-/// and returns false if it ends there. Those that go on keep their order; `end_round()` may add
-/// others. PathTracer has a loop of its own, whose paths are lanes of vectors.
+/// Follows paths, such as walks or probes, from hit to hit until none is left. In each round one
+/// query of the scene finds the ends of all next segments: `segment(path)` is the next ray of a
+/// path; `meet(path, ray, hit)` receives its end, changes the path and returns false if the path
+/// ends there. Those that go on keep their order; `end_round()` may add others. PathTracer has a
+/// loop of its own, whose paths are lanes of vectors.
 template <typename Path, typename Segment, typename Meet, typename EndRound>
 void follow_rays(const RayScene& scene, std::vector<Path>& paths, const Segment& segment,
                  const Meet& meet, const EndRound& end_round) {
