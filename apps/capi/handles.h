@@ -24,8 +24,10 @@ Directivity directivity_of(const char* name);
 
 /// The room of a handle.
 struct aula_room {
-    aula_room(const aula::Scene& scene, aula::AuralizerOptions options);
+    /// `given`: the options of the caller, of which `options` are made.
+    aula_room(const aula::Scene& scene, const aula_options& given, aula::AuralizerOptions options);
 
+    const aula_options given;  ///< its strings are not valid
     const aula::RenderClock clock;
     const std::size_t listeners;
     std::vector<aula::SourceSignal> signals;  ///< of one call; used by the thread that renders

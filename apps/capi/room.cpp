@@ -165,8 +165,10 @@ void render(aula_room& room, const aula_signal* inputs, std::size_t input_count,
 
 }  // namespace aula
 
-aula_room::aula_room(const aula::Scene& scene, aula::AuralizerOptions options)
-    : clock(options.clock),
+aula_room::aula_room(const aula::Scene& scene, const aula_options& given_in,
+                     aula::AuralizerOptions options)
+    : given(given_in),
+      clock(options.clock),
       listeners(options.listeners),
       signals(std::max(options.max_sources, scene.sources.size())),
       auralizer(scene, std::move(options)) {}
@@ -178,7 +180,16 @@ int aula_room_create(const aula_scene* scene, const aula_options* options, aula_
         const aula_options given =
             options != nullptr ? aula::sized_copy(options, "aula_options") : aula_options{};
         aula::set_simulation(given, changed.simulation);
-        *room = new aula_room(changed, aula::options_of(given, changed));
+        *room = new aula_room(changed, given, aula::options_of(given, changed));
+    });
+}
+
+int aula_room_set_scene(aula_room* room, const aula_scene* scene, int64_t at) {
+    return aula::result_of([&] {
+        aula::Auralizer& auralizer = aula::running(room);
+        aula::Scene changed = aula::not_null(scene, "scene").scene;
+        aula::set_simulation(room->given, changed.simulation);
+        auralizer.set_scene(changed, at);
     });
 }
 

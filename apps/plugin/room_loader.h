@@ -14,6 +14,7 @@
 #include "apps/plugin/loader_thread.h"
 #include "apps/plugin/message_queue.h"
 #include "apps/plugin/plugin_room.h"
+#include "apps/room/base/room_exchange.h"
 #include "audio/base/mailbox.h"
 
 namespace aula::plugin {
@@ -103,7 +104,7 @@ class RoomLoader {
     std::atomic<int> rays_ = 0;
     std::atomic<int> wanted_rays_ = 0;
     std::atomic<OwnRoom*> discarded_ = nullptr;  ///< the newest one of a list
-    Mailbox<PluginRoom> rooms_{2};
+    Mailbox<PluginRoom> rooms_{RoomExchange<PluginRoom, RoomLoader>::kMaxHeld};
 
     mutable std::mutex mutex_;  ///< of what follows
     std::condition_variable done_;

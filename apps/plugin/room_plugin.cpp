@@ -11,18 +11,11 @@ namespace aula::plugin {
 
 namespace {
 
-/// Fade from one room to the next, as of another change of a scene that plays.
-constexpr double kRoomFade_s = 0.05;
-
 /// Time in which the wet share moves to a new value: the largest step of a sample is -67 dB.
 constexpr double kWetGlide_s = 0.05;
 
 /// Fall of the level, dB/s: that of peak programme meters of type I (IEC 60268-10), 20 dB in 1.7 s.
 constexpr double kLevelFall_db_s = 20 / 1.7;
-
-std::size_t to_samples(double seconds, double sample_rate_hz) {
-    return static_cast<std::size_t>(std::lround(seconds * sample_rate_hz));
-}
 
 }  // namespace
 
@@ -32,14 +25,14 @@ RoomPlugin::RoomPlugin(const PluginPorts& ports)
       sample_rate_hz_(ports.sample_rate_hz),
       loader_(ports),
       values_(initial_values()),
-      fade_(to_samples(kRoomFade_s, ports.sample_rate_hz)),
-      wet_(to_samples(kWetGlide_s, ports.sample_rate_hz)),
+      rooms_(loader_, ports.sample_rate_hz, static_cast<int>(kChunk)),
+      wet_(static_cast<std::size_t>(std::lround(kWetGlide_s * ports.sample_rate_hz))),
       dry_(ports.sources, std::vector<float>(kChunk)),
       room_input_(dry_),
-      ringing_outputs_(channels_, std::vector<float>(kChunk)),
+      room_outputs_(channels_, std::vector<float>(kChunk)),
       chunk_outputs_(channels_) {
-    for (std::vector<float>& channel : ringing_outputs_)
-        ringing_pointers_.push_back(channel.data());
+    for (std::vector<float>& channel : room_outputs_)
+        room_output_pointers_.push_back(channel.data());
     for (const std::vector<float>& source : dry_) dry_pointers_.push_back(source.data());
     for (const std::vector<float>& source : room_input_)
         room_input_pointers_.push_back(source.data());
@@ -65,9 +58,8 @@ void RoomPlugin::deactivate() {
 }
 
 void RoomPlugin::give_back_rooms() {
-    for (PluginRoom* const room :
-         {std::exchange(current_, nullptr), std::exchange(ringing_, nullptr), loader_.take()})
-        if (room != nullptr) loader_.give_back(room);
+    rooms_.clear();
+    if (PluginRoom* const room = loader_.take()) loader_.give_back(room);
     loader_.discard(exact_.release());
 }
 
@@ -167,40 +159,26 @@ void RoomPlugin::render_exact(std::size_t samples) {
     for (float* const channel : chunk_outputs_) std::fill_n(channel, samples, 0.0F);
 }
 
-/// The present room's sound. The input of a new room fades in while that of the room before it
-/// fades out and rings out.
+/// The sound of the present room, and of those before it that ring out.
 void RoomPlugin::render_live(std::size_t samples) {
-    if (ringing_ == nullptr) {
-        if (PluginRoom* const room = loader_.take()) {
-            ringing_ = std::exchange(current_, room);
-            if (ringing_ != nullptr) {
-                fade_.start();
-                ringing_samples_ =
-                    static_cast<std::int64_t>(fade_.remaining()) + ringing_->tail_samples();
+    rooms_.advance();
+    for (float* const channel : chunk_outputs_) std::fill_n(channel, samples, 0.0F);
+    rooms_.render(
+        static_cast<int>(samples), [&](PluginRoom& room, std::span<const float> input_weights,
+                                       std::span<const float> output_weights) {
+            for (std::size_t s = 0; s < dry_.size(); ++s) {
+                std::copy_n(dry_[s].begin(), samples, room_input_[s].begin());
+                apply_weights(input_weights, room_input_[s].data());
             }
-        }
-    }
-    if (current_ == nullptr) {
-        for (float* const channel : chunk_outputs_) std::fill_n(channel, samples, 0.0F);
-        return;
-    }
-    tail_samples_ = current_->tail_samples();
-    for (std::size_t s = 0; s < dry_.size(); ++s) {
-        std::copy_n(dry_[s].begin(), samples, room_input_[s].begin());
-        fade_.fade_in(std::span(room_input_[s]).first(samples));
-    }
-    current_->render(room_input_pointers_, chunk_outputs_, static_cast<int>(samples));
-    if (ringing_ == nullptr) return;
-    for (std::size_t s = 0; s < dry_.size(); ++s) {
-        std::copy_n(dry_[s].begin(), samples, room_input_[s].begin());
-        fade_.fade_out(std::span(room_input_[s]).first(samples));
-    }
-    fade_.advance(samples);
-    ringing_->render(room_input_pointers_, ringing_pointers_, static_cast<int>(samples));
-    for (std::size_t c = 0; c < channels_; ++c)
-        for (std::size_t n = 0; n < samples; ++n) chunk_outputs_[c][n] += ringing_outputs_[c][n];
-    ringing_samples_ -= static_cast<std::int64_t>(samples);
-    if (ringing_samples_ <= 0) loader_.give_back(std::exchange(ringing_, nullptr));
+            room.render(room_input_pointers_, room_output_pointers_, static_cast<int>(samples));
+            for (std::size_t c = 0; c < channels_; ++c) {
+                apply_weights(output_weights, room_output_pointers_[c]);
+                for (std::size_t n = 0; n < samples; ++n)
+                    chunk_outputs_[c][n] += room_outputs_[c][n];
+            }
+        });
+    if (const PluginRoom* const room = rooms_.playing())
+        tail_samples_ = std::max(room->tail_samples(), rooms_.ring_samples());
 }
 
 /// Mixes the inputs in: at the ears, a single one at both, or in the omnidirectional channel of

@@ -11,7 +11,7 @@
 
 #include "apps/plugin/controls.h"
 #include "apps/plugin/room_loader.h"
-#include "audio/dsp/fade.h"
+#include "apps/room/base/room_exchange.h"
 #include "audio/spatial/moving_path.h"
 
 namespace aula::plugin {
@@ -87,10 +87,7 @@ class RoomPlugin {
     bool is_open_ = false;  ///< a room is being built, or was
     float group_ = 0;       ///< of that room
     float room_ = 0;        ///< the same, on both clocks
-    PluginRoom* current_ = nullptr;
-    PluginRoom* ringing_ = nullptr;  ///< the room before it, which fades out
-    std::int64_t ringing_samples_ = 0;
-    Fade fade_;  ///< of the input from the ringing to the current room
+    RoomExchange<PluginRoom, RoomLoader> rooms_;
 
     // On the exact clock.
     std::unique_ptr<OwnRoom> exact_;
@@ -108,8 +105,8 @@ class RoomPlugin {
     std::vector<const float*> dry_pointers_;
     std::vector<const float*> room_input_pointers_;
     std::array<float, kChunk> weights_{};
-    std::vector<std::vector<float>> ringing_outputs_;
-    std::vector<float*> ringing_pointers_;
+    std::vector<std::vector<float>> room_outputs_;  ///< [channel]
+    std::vector<float*> room_output_pointers_;
     std::vector<float*> chunk_outputs_;
 };
 

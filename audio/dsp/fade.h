@@ -18,6 +18,12 @@ std::vector<float> raised_cosine(std::size_t samples);
 /// several fades in sequence nearly does so in one line. Reversed they are one minus themselves.
 std::vector<float> rounded_line(std::size_t samples);
 
+/// Multiplies the first samples by the weights.
+inline void apply_weights(std::span<const float> weights,
+                          float* samples) noexcept AULA_NONBLOCKING {
+    for (std::size_t n = 0; n < weights.size(); ++n) samples[n] *= weights[n];
+}
+
 /// Position within a fade from 0 to 1. Fade-in and fade-out weights sum to one. Copies share the
 /// curve. [one thread; wait-free except the constructors]
 class Fade {

@@ -145,3 +145,43 @@ TEST_CASE("C: poses have all angles, and responses all channels") {
     CHECK(status.frames > 2);
     CHECK(status.frame_worst_ms > status.frame_mean_ms);
 }
+
+TEST_CASE("C: a room plays another scene as an Auralizer does") {
+    constexpr int kLength = 9600;
+    aula_options given = quick_options(AULA_EXACT);
+    given.ir_length_s = 0.1;
+    CRoom room(given);
+    const aula_source source = room.add_source();
+    aula_scene* other = nullptr;
+    REQUIRE(aula_scene_create(&other) == AULA_OK);
+    REQUIRE(aula_room_set_scene(room.handle, other, 4000) == AULA_OK);
+    aula_scene_destroy(other);
+    CHECK(aula_room_set_material(room.handle, 0, "curtain", 5000) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_scene(room.handle, nullptr, 4000) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_scene(nullptr, nullptr, 4000) == AULA_INPUT_ERROR);
+    std::vector<float> input(kLength);
+    for (int n = 0; n < kLength; ++n) input[static_cast<std::size_t>(n)] = noise_at(n);
+    std::vector<float> output(kLength);
+    const aula_signal signal{source, input.data()};
+    float* const outputs[] = {output.data()};
+    REQUIRE(aula_room_process_exactly(room.handle, &signal, 1, outputs, 1, kLength) == AULA_OK);
+
+    AuralizerOptions options = mono();
+    options.max_sources = 2;
+    Scene first = box_scene();
+    first.simulation.ir_length_s = 0.1F;
+    Auralizer auralizer(first, options);
+    auralizer.set_listener({.position = {4, 3, 1.7F}, .yaw_rad = 3.1F});
+    const SourceId id = auralizer.add_source({.position = {1, 1, 1.5F}});
+    Scene second;
+    second.simulation.rays = first.simulation.rays;
+    second.simulation.ir_length_s = 0.1F;
+    second.simulation.frame_rate_hz = first.simulation.frame_rate_hz;
+    second.simulation.threads = first.simulation.threads;
+    auralizer.set_scene(second, 4000);
+    std::vector<float> expected(kLength);
+    float* const expected_outputs[] = {expected.data()};
+    const SourceSignal expected_signal{id, input.data()};
+    auralizer.render({&expected_signal, 1}, expected_outputs, kLength);
+    CHECK(output == expected);  // exact
+}

@@ -443,7 +443,7 @@ TEST_CASE("C: after a failure of the propagation each function returns it") {
         options.before_frame = [](Auralizer&, double time_s) {
             if (time_s > 0) throw Failure("the roof fell in");
         };
-        aula_room room(small_room(), options);
+        aula_room room(small_room(), {}, options);
         aula_status status{};
         status.size = sizeof(status);
         std::vector<float> output(4096, 7);

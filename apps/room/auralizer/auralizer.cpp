@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cfenv>
 #include <cmath>
+#include <future>
 #include <string>
 #include <utility>
 
@@ -10,7 +11,6 @@
 #include "apps/room/auralizer/command_checks.h"
 #include "apps/room/auralizer/exact_playback.h"
 #include "apps/room/auralizer/real_time_playback.h"
-#include "apps/room/frames/ray_budget.h"
 #include "aula/audio/realtime.h"
 #include "aula/exception.h"
 
@@ -18,34 +18,59 @@ namespace aula {
 
 namespace {
 
+/// Time for which the caches of another scene are filled before it begins, which reduces its
+/// initial noise.
+constexpr double kWarmUp_s = 0.25;
+
 AuralizerOptions checked(AuralizerOptions options, const Scene& scene) {
     check_options(options);
     options.max_sources = std::max({options.max_sources, scene.sources.size(), std::size_t{1}});
     return options;
 }
 
-}  // namespace
-
-Auralizer::State::State(const Scene& scene_in, AuralizerOptions options_in,
-                        std::shared_ptr<const Hrtf> hrtf_in)
-    : scene(scene_in), options(checked(std::move(options_in), scene)), hrtf(std::move(hrtf_in)) {}
-
-// Resets priority, rounding and denormal modes, which this thread inherits from the calling thread
-// and the engine's threads from this one.
-void Auralizer::State::build() {
+/// Resets priority, rounding and denormal modes, which a thread that builds a room inherits from
+/// the calling thread and the engine's threads from that one.
+void prepare_thread(const AuralizerOptions& options, const Simulation& simulation) {
     leave_realtime();
     std::fesetenv(FE_DFL_ENV);
-    if (options.clock == RenderClock::exact) {
-        playback = std::make_unique<ExactPlayback>(scene, options, hrtf);
-    } else {
-        // The caller waits for the room, also with processors that are busy. Threads of the engine
-        // keep the priority of this one; a single one has none.
-        if (scene.simulation.threads != 1) lower_priority(kPropagationNice);
-        playback = std::make_unique<RealTimePlayback>(scene, options, hrtf);
-        playback->change_room(kNow, [rays = live_rays(scene.simulation)](FrameRoom& room) {
-            room.state.rays = rays;
-        });
-    }
+    // The caller waits for the room, also with processors that are busy. Threads of the engine
+    // keep the priority of this one; a single one has none.
+    if (options.clock == RenderClock::real_time && simulation.threads != 1)
+        lower_priority(kPropagationNice);
+}
+
+}  // namespace
+
+Auralizer::State::State(const Scene& scene, AuralizerOptions options_in,
+                        std::shared_ptr<const Hrtf> hrtf_in)
+    : options(checked(std::move(options_in), scene)), hrtf(std::move(hrtf_in)) {}
+
+void Auralizer::State::build(const Scene& scene) {
+    prepare_thread(options, scene.simulation);
+    const bool is_exact = options.clock == RenderClock::exact;
+    auto first =
+        std::make_shared<BuiltRoom>(scene, BuiltRoom::Sources::of_scene, options,
+                                    is_exact ? ExactPlayback::kBlock : options.block, hrtf);
+    if (is_exact)
+        playback = std::make_unique<ExactPlayback>(std::move(first), options);
+    else
+        playback = std::make_unique<RealTimePlayback>(std::move(first), options);
+}
+
+void Auralizer::State::set_scene(const Scene& scene, std::int64_t at) {
+    const std::lock_guard lock(scene_mutex);
+    const bool is_exact = options.clock == RenderClock::exact;
+    // On a thread of its own, because the engine's threads inherit its priority.
+    auto built = std::async(std::launch::async, [&] {
+        prepare_thread(options, scene.simulation);
+        auto next = std::make_shared<BuiltRoom>(scene, BuiltRoom::Sources::of_room_before, options,
+                                                is_exact ? ExactPlayback::kBlock : options.block,
+                                                playback->present()->computer.hrtf());
+        // Not on the exact clock: how many frames there are in a time depends on the machine.
+        if (!is_exact) playback->warm_up(*next, kWarmUp_s);
+        return next;
+    });
+    playback->begin_scene(built.get(), at);
 }
 
 void Auralizer::State::begin() {
@@ -59,21 +84,24 @@ void Auralizer::State::end() {
     if (thread.joinable()) thread.join();
 }
 
-void Auralizer::State::check_object(std::size_t object) const {
-    if (object >= scene.objects.size())
+std::shared_ptr<const BuiltRoom> Auralizer::State::scene_with(std::size_t object,
+                                                              std::int64_t at) const {
+    auto room = playback->scene_at(at);
+    if (object >= room->scene.objects.size())
         throw InputError("auralizer: there is no object " + std::to_string(object));
+    return room;
 }
 
 Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
-    : Auralizer(std::make_unique<State>(scene, std::move(options))) {
+    : Auralizer(scene, std::make_unique<State>(scene, std::move(options))) {
     state_->begin();
 }
 
-Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {
+Auralizer::Auralizer(const Scene& scene, std::unique_ptr<State> state) : state_(std::move(state)) {
     State& s = *state_;
-    s.thread = std::thread([this, &s] {
+    s.thread = std::thread([this, &s, &scene] {
         try {
-            s.build();
+            s.build(scene);
         } catch (...) {
             return s.built.set_exception(std::current_exception());
         }
@@ -91,6 +119,13 @@ Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {
 // Ends the thread before any member is destroyed: it may be in before_frame, which uses this
 // object.
 Auralizer::~Auralizer() { state_->end(); }
+
+void Auralizer::set_scene(const Scene& scene, std::int64_t at) { state_->set_scene(scene, at); }
+
+std::shared_ptr<const Scene> Auralizer::scene() const {
+    const std::shared_ptr<const BuiltRoom> room = state_->playback->scene_at(kNow);
+    return {room, &room->scene};
+}
 
 SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {
     check_pose({source.position, source.yaw_rad, source.pitch_rad, source.roll_rad});
@@ -123,25 +158,24 @@ void Auralizer::set_listener(std::size_t listener, const Pose& pose, std::int64_
 
 void Auralizer::set_transform(std::size_t object, const RigidTransform& transform,
                               std::int64_t at) {
-    state_->check_object(object);
-    const Object& moved = state_->scene.objects[object];
+    const Object& moved = state_->scene_with(object, at)->scene.objects[object];
     if (!moved.moves())
         throw InputError("auralizer: the object " +
                          (moved.name.empty() ? std::to_string(object) : '"' + moved.name + '"') +
                          " is not movable");
     check_transform(transform);
-    state_->playback->change_room(
+    state_->playback->change_scene(
         at, [object, transform](FrameRoom& room) { room.state.objects[object] = transform; });
 }
 
 void Auralizer::set_material(std::size_t object, const std::string& name, std::int64_t at) {
-    set_material(object, state_->scene.find_material(name), at);
+    set_material(object, state_->scene_with(object, at)->scene.find_material(name), at);
 }
 
 void Auralizer::set_material(std::size_t object, const Material& material, std::int64_t at) {
-    state_->check_object(object);
+    state_->scene_with(object, at);
     check_material(material);
-    state_->playback->change_room(at, [object, material](FrameRoom& room) {
+    state_->playback->change_scene(at, [object, material](FrameRoom& room) {
         room.materials.insert_or_assign(object, material);
     });
 }
@@ -193,12 +227,17 @@ int Auralizer::latency_samples() const { return state_->playback->latency_sample
 double Auralizer::sample_rate_hz() const { return state_->options.sample_rate_hz; }
 
 double Auralizer::response_length_s() const {
-    return state_->playback->computer().response_length_s();
+    return state_->playback->present()->computer.response_length_s();
 }
 
-double Auralizer::heard_length_s() const { return state_->playback->heard_length_s(); }
+double Auralizer::heard_length_s() const {
+    const std::shared_ptr<const BuiltRoom> room = state_->playback->present();
+    return room->computer.response_length_s() + room->headphones_s();
+}
 
-float Auralizer::patch_size_m() const { return state_->playback->computer().patch_size_m(); }
+float Auralizer::patch_size_m() const {
+    return state_->playback->present()->computer.patch_size_m();
+}
 
 std::int64_t Auralizer::tail_samples() const { return state_->playback->tail_samples(); }
 
@@ -209,7 +248,7 @@ std::vector<std::vector<float>> Auralizer::impulse_response(SourceId source,
 }
 
 bool Auralizer::visible(SourceId source, std::size_t listener) const {
-    return state_->playback->computer().visible(source, listener);
+    return state_->playback->present()->computer.visible(source, listener);
 }
 
 AuralizerStatus Auralizer::status() const { return state_->playback->status(); }
@@ -222,9 +261,10 @@ std::function<void(Auralizer&, double)> follow_paths(const Scene& scene) {
                 auralizer.set_source({i + 1}, scene.sources[i].pose_at(time_s));
         }
         if (scene.listener.path) auralizer.set_listener(scene.listener.pose_at(time_s));
-        for (std::size_t o = 0; o < scene.objects.size(); ++o)
-            if (scene.objects[o].path)
-                auralizer.set_transform(o, scene.objects[o].transform_at(time_s));
+        const std::shared_ptr<const Scene> present = auralizer.scene();
+        for (std::size_t o = 0; o < present->objects.size(); ++o)
+            if (present->objects[o].path)
+                auralizer.set_transform(o, present->objects[o].transform_at(time_s));
     };
 }
 

@@ -2,6 +2,7 @@
 
 #include <future>
 #include <memory>
+#include <mutex>
 #include <thread>
 
 #include "apps/room/auralizer/room_playback.h"
@@ -11,11 +12,14 @@ namespace aula {
 
 /// The playback and the propagation thread, which builds it and computes its frames.
 struct Auralizer::State {
-    /// `hrtf`: that of the options, or null to read it.
+    /// `hrtf`: that of the options, or null to read it. Throws InputError for wrong options.
     State(const Scene& scene, AuralizerOptions options, std::shared_ptr<const Hrtf> hrtf = nullptr);
 
-    /// Builds the playback. [propagation thread]
-    void build();
+    /// Builds the playback of a scene. [propagation thread]
+    void build(const Scene& scene);
+
+    /// Builds another scene and lets it begin.
+    void set_scene(const Scene& scene, std::int64_t at);
 
     /// Starts the frames.
     void begin();
@@ -23,11 +27,12 @@ struct Auralizer::State {
     /// Ends the frames and the thread.
     void end();
 
-    void check_object(std::size_t object) const;
+    /// The scene to which a command at a time refers. Throws InputError if it has no such object.
+    std::shared_ptr<const BuiltRoom> scene_with(std::size_t object, std::int64_t at) const;
 
-    const Scene scene;
     const AuralizerOptions options;
     const std::shared_ptr<const Hrtf> hrtf;
+    std::mutex scene_mutex;  ///< one scene is built at a time
     std::unique_ptr<RoomPlayback> playback;
     std::promise<void> built;    ///< the playback, or the error that prevents it
     std::promise<bool> started;  ///< whether frames are requested

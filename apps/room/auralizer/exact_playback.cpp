@@ -11,8 +11,6 @@ namespace aula {
 
 namespace {
 
-constexpr int kBlock = 256;
-
 /// Frames computed ahead, so that fast frames compensate for slow ones; one if the filters of a
 /// frame are large.
 constexpr std::size_t kFramesAhead = 2;
@@ -34,16 +32,13 @@ std::optional<double> work_of(const Simulation& simulation) {
 
 }  // namespace
 
-ExactPlayback::ExactPlayback(const Scene& scene, const AuralizerOptions& options,
-                             std::shared_ptr<const Hrtf> hrtf)
-    : RoomPlayback(scene, options, kBlock, std::move(hrtf)),
-      frame_rate_hz_(static_cast<double>(scene.simulation.frame_rate_hz)),
+ExactPlayback::ExactPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOptions& options)
+    : RoomPlayback(std::move(first), options, kBlock),
       unit_(options.sample_by_sample ? 1 : kBlock),
-      work_s_(work_of(scene.simulation)),
-      frames_ahead_(frames_ahead(computer_.config(), options.listeners)),
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),
-      used_frames_(options.listeners) {}
+      used_frames_(options.listeners),
+      used_by_(&newest()) {}
 
 void ExactPlayback::commit(std::int64_t until) {
     {
@@ -61,56 +56,80 @@ ChangeTime ExactPlayback::time_of(std::int64_t at) const {
 }
 
 void ExactPlayback::begin_source(SourceId source, const ChangeTime& time) {
-    renderer_changes_.add(time, [this, source](RoomRenderer& renderer) {
-        renderer.set_source(renderer_slots_.begin(source), source);
+    renderer_changes_.add(time, [source](RoomExchange<SoundingRoom>& rooms) {
+        SoundingRoom& room = *rooms.playing();
+        room.renderer.set_source(room.slots.begin(source), source);
     });
 }
 
 void ExactPlayback::end_source(SourceId source, const ChangeTime& time) {
-    renderer_changes_.add(time, [this, source](RoomRenderer& renderer) {
-        renderer.set_source(renderer_slots_.end(source), {});
+    renderer_changes_.add(time, [source](RoomExchange<SoundingRoom>& rooms) {
+        rooms.for_each([source](SoundingRoom& room) {
+            if (room.plays(source)) room.renderer.set_source(room.slots.end(source), {});
+        });
     });
 }
 
 void ExactPlayback::turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) {
-    renderer_changes_.add(
-        time, [listener, pose](RoomRenderer& renderer) { renderer.turn_head(listener, pose); });
+    renderer_changes_.add(time, [listener, pose](RoomExchange<SoundingRoom>& rooms) {
+        rooms.for_each([&](SoundingRoom& room) { room.renderer.turn_head(listener, pose); });
+    });
 }
 
-/// The first sample at or after a frame's time.
-std::int64_t ExactPlayback::frame_start(std::int64_t frame) const {
-    return static_cast<std::int64_t>(
-        std::ceil(static_cast<double>(frame) * rate_hz_ / frame_rate_hz_));
+std::int64_t ExactPlayback::FrameTimes::sample(std::int64_t frame) const {
+    return begin + static_cast<std::int64_t>(
+                       std::ceil(static_cast<double>(frame) * sample_rate_hz / frame_rate_hz));
+}
+
+double ExactPlayback::FrameTimes::time_s(std::int64_t frame) const {
+    return static_cast<double>(begin) / sample_rate_hz + static_cast<double>(frame) / frame_rate_hz;
+}
+
+ExactPlayback::FrameTimes ExactPlayback::times_of(const BuiltRoom& room, std::int64_t begin) const {
+    return {rate_hz_, static_cast<double>(room.scene.simulation.frame_rate_hz), begin};
 }
 
 void ExactPlayback::compute_frames(Auralizer& auralizer) {
+    FrameTimes times = times_of(built(), 0);
     for (std::int64_t k = 0;; ++k) {
-        const std::int64_t sample = frame_start(k);
-        ListenerFrames frames(used_frames_.size());
+        const std::int64_t sample = times.sample(k);
+        const std::size_t ahead = frames_ahead(computer().config(), listeners_);
+        ListenerFrames frames(listeners_);
         {
             std::unique_lock lock(mutex_);
-            changed_.wait(lock, [&] {
-                return stop_ || (committed_ > sample && ready_.size() < frames_ahead_);
-            });
+            changed_.wait(lock,
+                          [&] { return stop_ || (committed_ > sample && ready_.size() < ahead); });
             if (stop_) return;
-            for (std::size_t l = 0; l < frames.size(); ++l) {
+            for (std::size_t l = 0; l < listeners_; ++l) {
                 if (used_frames_[l].empty()) continue;
                 frames[l] = std::move(used_frames_[l].back());
                 used_frames_[l].pop_back();
             }
         }
-        const double time_s = static_cast<double>(k) / frame_rate_hz_;
+        const double time_s = times.time_s(k);
         call_before_frame(auralizer, sample, time_s);
         FrameRoom room = take_changes(sample, sample, time_s);
-        room.state.exchange = {sample, frame_start(k + 1)};
-        if (!room.state.rays) room.state.work_s = work_s_;
-        computer_.compute(room, frames);
+        if (scene_has_begun()) {
+            times = times_of(built(), sample);
+            k = 0;
+            frames = ListenerFrames(listeners_);  // the others have the size of the scene before
+        }
+        const std::int64_t end = times.sample(k + 1);
+        room.state.exchange = {sample - times.begin, end - times.begin};
+        if (!room.state.rays) room.state.work_s = work_of(built().scene.simulation);
+        computer().compute(room, frames);
         {
             const std::lock_guard lock(mutex_);
-            ready_.push_back({std::move(frames), newest_tail_samples()});
+            ready_.push_back(
+                {std::move(frames), newest_tail_samples(), end, std::move(built().made)});
         }
         changed_.notify_all();
     }
+}
+
+void ExactPlayback::take_scene(SoundingRoom& next) {
+    for (auto& frames : used_frames_) frames.clear();
+    used_by_ = &next;
 }
 
 /// Blocks begin at multiples of their size, independent of the size of the calls. Without latency
@@ -161,22 +180,34 @@ void ExactPlayback::render(std::span<const SourceSignal> inputs, std::span<float
     }
 }
 
-/// Gives the next frame to the renderer; waits for it.
-void ExactPlayback::take_frames() {
+/// Gives the frames of a sample to the renderers; waits for them.
+void ExactPlayback::take_frames(std::int64_t sample) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return failure_ || !ready_.empty(); });
     if (ready_.empty()) std::rethrow_exception(failure_);
-    auto [frames, tail_samples] = std::move(ready_.front());
+    Ready ready = std::move(ready_.front());
     ready_.pop_front();
-    tail_samples_ = tail_samples;
-    for (std::size_t l = 0; l < frames.size(); ++l) {
-        Mailbox<RenderFrame>& mailbox = renderer_.frames(l);
-        mailbox.publish(std::move(frames[l]));
-        while (auto back = mailbox.reclaim()) used_frames_[l].push_back(std::move(back));
+    tail_samples_ = ready.tail_samples;
+    next_frame_ = ready.end;
+    if (ready.next_room) {
+        // The scene begins with what these changes have made.
+        renderer_changes_.apply(sample, exchange_);
+        exchange_.make_way();
+        rooms_.publish(std::move(ready.next_room));
+        exchange_.advance();
+    }
+    SoundingRoom& room = *exchange_.playing();
+    room.tail = ready.tail_samples;
+    for (std::size_t l = 0; l < listeners_; ++l) {
+        Mailbox<RenderFrame>& mailbox = room.renderer.frames(l);
+        mailbox.publish(std::move(ready.frames[l]));
+        while (auto back = mailbox.reclaim())
+            if (&room == used_by_) used_frames_[l].push_back(std::move(back));
+    }
+    while (rooms_.reclaim()) {
     }
     lock.unlock();
     changed_.notify_all();
-    ++next_frame_;
 }
 
 /// Renders the block of the present signals, divided where frames and changes begin.
@@ -187,19 +218,19 @@ void ExactPlayback::render_block() {
     for (const auto& [number, input] : block_inputs_)
         block_signals_.push_back({{number}, input.samples.data()});
     for (std::int64_t first = begin; first < end;) {
-        if (frame_start(next_frame_) <= first) take_frames();
-        std::int64_t part_end = std::min(end, frame_start(next_frame_));
+        if (next_frame_ <= first) take_frames(first);
+        std::int64_t part_end = std::min(end, next_frame_);
         {
             const std::lock_guard lock(mutex_);
-            renderer_changes_.apply(first, renderer_);
+            renderer_changes_.apply(first, exchange_);
             part_end = std::min(part_end, renderer_changes_.next());
         }
         for (; first < part_end; first += unit_) {
             const auto offset = static_cast<int>(first - begin);
             for (std::size_t c = 0; c < block_pointers_.size(); ++c)
                 block_pointers_[c] = block_outputs_[c].data() + offset;
-            renderer_.render(block_signals_, offset, {}, block_pointers_,
-                             static_cast<int>(std::min<std::int64_t>(unit_, part_end - first)));
+            render_rooms(block_signals_, offset, {}, block_pointers_,
+                         static_cast<int>(std::min<std::int64_t>(unit_, part_end - first)));
         }
         first = part_end;
     }

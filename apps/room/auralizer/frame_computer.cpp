@@ -63,6 +63,17 @@ void FrameComputer::warm_up(const FrameRoom& room, double longest_s) {
     maker_->warm_up(room.state, longest_s);
 }
 
+void FrameComputer::continue_counts(const FrameComputer& before) {
+    const std::scoped_lock lock(mutex_, before.mutex_);
+    const double period_ms = status_.frame_period_ms;
+    status_ = before.status_;
+    status_.frame_period_ms = period_ms;
+    status_.response_length_s = response_length_s_;
+    frame_sum_ms_ = before.frame_sum_ms_;
+    counted_sum_ms_ = before.counted_sum_ms_;
+    handed_over_ = before.handed_over_;
+}
+
 void FrameComputer::end() {
     const std::lock_guard computing(maker_mutex_);
     maker_.reset();

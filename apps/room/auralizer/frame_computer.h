@@ -16,8 +16,12 @@
 
 namespace aula {
 
+struct BuiltRoom;
+
 /// The room of a frame.
 struct FrameRoom {
+    std::shared_ptr<BuiltRoom> built{};
+    std::uint64_t scene = 0;  ///< number of the scene, in the order of the calls
     RoomState state;
     SourceSlots slots;                            ///< of the sources that are present
     std::map<std::size_t, Material> materials{};  ///< of objects, changed since the previous frame
@@ -50,11 +54,17 @@ class FrameComputer {
     /// See Propagation::reserve_memory. Before the first frame.
     void reserve_memory() { maker_->reserve_memory(); }
 
+    /// Removes the sources of the scene. Before the first frame.
+    void remove_sources() { maker_->take_sources({}); }
+
     /// See FrameMaker::warm_up(). [propagation thread]
     void warm_up(const FrameRoom& room, double longest_s);
 
     /// The object that computes the frames. [propagation thread]
     const FrameMaker& maker() const { return *maker_; }
+
+    /// Continues the counts of frames of another one, of the scene before.
+    void continue_counts(const FrameComputer& before);
 
     /// Frees the engine. No frame is computed during or after the call.
     void end();

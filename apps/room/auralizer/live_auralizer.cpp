@@ -8,11 +8,13 @@ namespace aula {
 
 LiveAuralizer::LiveAuralizer(const Scene& scene, AuralizerOptions options,
                              std::shared_ptr<const Hrtf> hrtf)
-    : room_([&] {
-          options.clock = RenderClock::real_time;
-          options.before_frame = [this](Auralizer&, double time_s) { before_frame_(time_s); };
-          return std::make_unique<Auralizer::State>(scene, std::move(options), std::move(hrtf));
-      }()),
+    : room_(scene,
+            [&] {
+                options.clock = RenderClock::real_time;
+                options.before_frame = [this](Auralizer&, double time_s) { before_frame_(time_s); };
+                return std::make_unique<Auralizer::State>(scene, std::move(options),
+                                                          std::move(hrtf));
+            }()),
       playback_(static_cast<RealTimePlayback&>(*room_.state_->playback)) {}
 
 void LiveAuralizer::warm_up(double longest_s) { playback_.warm_up(longest_s); }

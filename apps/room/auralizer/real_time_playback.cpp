@@ -16,35 +16,55 @@ constexpr std::int64_t kAll = kNever - 1;
 
 }  // namespace
 
-RealTimePlayback::RealTimePlayback(const Scene& scene, const AuralizerOptions& options,
-                                   std::shared_ptr<const Hrtf> hrtf)
-    : RoomPlayback(scene, options, options.block, std::move(hrtf)),
+RealTimePlayback::RealTimePlayback(std::shared_ptr<BuiltRoom> first,
+                                   const AuralizerOptions& options)
+    : RoomPlayback(std::move(first), options, options.block),
       block_(options.block),
       part_outputs_(options.listeners * channel_count(options.output)),
-      frame_heads_(options.listeners) {
-    computer_.reserve_memory();
-    for (std::size_t l = 0; l < options.listeners; ++l)
-        heads_.push_back(std::make_unique<Mailbox<HeadPose>>(1));
-}
+      sounding_{&newest()},
+      frame_heads_(options.listeners) {}
 
 // Never before that of an earlier call, so that changes keep the order of the calls.
 ChangeTime RealTimePlayback::time_of(std::int64_t /*at*/) const { return {rendered_.load()}; }
 
 void RealTimePlayback::begin_source(SourceId source, const ChangeTime& /*time*/) {
-    renderer_slots_.begin(source);
-    publish_routes();
+    sounding_.back()->slots.begin(source);
+    publish_routes(*sounding_.back());
 }
 
 void RealTimePlayback::end_source(SourceId source, const ChangeTime& /*time*/) {
-    renderer_slots_.end(source);
-    publish_routes();
+    for (SoundingRoom* const room : sounding_) {
+        if (!room->plays(source)) continue;
+        room->slots.end(source);
+        publish_routes(*room);
+    }
 }
 
-void RealTimePlayback::publish_routes() {
-    auto routes = routes_.reclaim();
+void RealTimePlayback::publish_routes(SoundingRoom& room) {
+    auto routes = room.routes.reclaim();
     if (!routes) routes = std::make_unique<std::vector<SourceId>>();
-    *routes = renderer_slots_.playing();
-    routes_.publish(std::move(routes));
+    *routes = room.slots.playing();
+    room.routes.publish(std::move(routes));
+}
+
+void RealTimePlayback::announce_scene() {
+    scene_waits_ = true;
+    changed_.notify_all();
+}
+
+void RealTimePlayback::take_scene(SoundingRoom& next) {
+    // A room that another one follows before it sounds ends with its scene.
+    if (unpublished_ != nullptr) std::erase(sounding_, unpublished_);
+    unpublished_ = &next;
+    sounding_.push_back(&next);
+}
+
+/// Frees the rooms that have rung out.
+void RealTimePlayback::free_rooms() {
+    while (const auto room = rooms_.reclaim()) {
+        const std::lock_guard lock(mutex_);
+        std::erase(sounding_, room.get());
+    }
 }
 
 void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
@@ -63,10 +83,13 @@ void RealTimePlayback::turn_head_now(std::size_t listener, const Pose& pose) {
 }
 
 void RealTimePlayback::publish_head(std::size_t listener, const Pose& pose) {
-    auto head = heads_[listener]->reclaim();
-    if (!head) head = std::make_unique<HeadPose>();
-    *head = {pose, running_ ? clock_ns() : 0};
-    heads_[listener]->publish(std::move(head));
+    for (SoundingRoom* const room : sounding_) {
+        Mailbox<HeadPose>& heads = *room->heads[listener];
+        auto head = heads.reclaim();
+        if (!head) head = std::make_unique<HeadPose>();
+        *head = {pose, running_ ? clock_ns() : 0};
+        heads.publish(std::move(head));
+    }
 }
 
 /// The latency of a frame's pose counts from the frame's time.
@@ -79,20 +102,20 @@ double RealTimePlayback::played_s() const {
     return sound_time_s_ ? sound_time_s_() : static_cast<double>(rendered_.load()) / rate_hz_;
 }
 
-/// False at the end.
+/// False at the end, and if another scene is to begin.
 bool RealTimePlayback::wait_until(Clock::time_point time) {
     std::unique_lock lock(mutex_);
-    return !changed_.wait_until(lock, time, [this] { return stop_; });
+    return !changed_.wait_until(lock, time, [this] { return stop_ || scene_waits_; });
 }
 
 /// Applies changes until a pause ends, during which the time of frames stops. False at the end.
 bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
     if (!pause_.silent()) return true;
     const auto period = std::chrono::duration_cast<Clock::duration>(
-        std::chrono::duration<double>(computer_.config().frame_s));
+        std::chrono::duration<double>(computer().config().frame_s));
     while (pause_.silent()) {
-        apply_changes(kAll, rendered_.load(), clock.time_s());
         if (!wait_until(Clock::now() + period)) return false;
+        apply_changes(kAll, rendered_.load(), clock.time_s());
     }
     clock.resume(played_s(), Clock::now());
     return true;
@@ -101,19 +124,20 @@ bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
 ListenerFrames RealTimePlayback::compute(double time_s) {
     const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
     ListenerFrames frames;
-    for (std::size_t l = 0; l < heads_.size(); ++l) frames.push_back(renderer_.frames(l).reclaim());
-    computer_.compute(room, frames);
+    for (std::size_t l = 0; l < listeners_; ++l)
+        frames.push_back(newest().renderer.frames(l).reclaim());
+    computer().compute(room, frames);
     for (std::size_t l = 0; l < frames.size(); ++l) frames[l]->stamp = room.poses_ns[l];
     return frames;
 }
 
 void RealTimePlayback::warm_up(double longest_s) {
-    computer_.warm_up(take_changes(kAll, 0, 0), longest_s);
+    computer().warm_up(take_changes(kAll, 0, 0), longest_s);
 }
 
 const FrameMaker& RealTimePlayback::compute_first(double time_s) {
     publish(compute(time_s));
-    return computer_.maker();
+    return computer().maker();
 }
 
 void RealTimePlayback::follow(std::function<double()> played_s,
@@ -123,25 +147,33 @@ void RealTimePlayback::follow(std::function<double()> played_s,
 }
 
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
+    // The time of frames increases, even if no block was rendered during the first one.
+    constexpr double kMinStep_s = 0.001;
     auralizer_ = &auralizer;
-    double earliest_s = 0;
-    if (computer_.status().frames == 0) {
-        const double time_s = played_s();
-        call_before_frame(auralizer, rendered_.load(), time_s);
-        compute_first(time_s);
-        // The time of frames increases, even if no block was rendered during the first one.
-        constexpr double kMinStep_s = 0.001;
-        earliest_s = time_s + kMinStep_s;
-    }
-    lower_priority(kPropagationNice);
-    FrameClock clock(Clock::now(), std::max(played_s(), earliest_s));
-    clock.took(computer_.status().frame_ms / 1000);
-    {
+    bool is_first = computer().status().frames == 0;
+    for (;;) {
+        double earliest_s = 0;
+        if (is_first) {
+            const double time_s = played_s();
+            frame_due_ns_ = clock_ns();
+            call_before_frame(auralizer, rendered_.load(), time_s);
+            compute_first(time_s);
+            earliest_s = time_s + kMinStep_s;
+        }
+        lower_priority(kPropagationNice);
+        FrameClock clock(Clock::now(), std::max(played_s(), earliest_s));
+        clock.took(computer().status().frame_ms / 1000);
+        {
+            const std::lock_guard lock(mutex_);
+            running_ = true;
+        }
+        run_frames(clock, computer().config().frame_s, *this);
+        computed_.clear();
         const std::lock_guard lock(mutex_);
-        running_ = true;
+        if (stop_) return;
+        is_first = true;
+        scene_waits_ = false;
     }
-    run_frames(clock, computer_.config().frame_s, *this);
-    computed_.clear();
 }
 
 bool RealTimePlayback::publish_frame(FrameClock& clock) {
@@ -156,7 +188,7 @@ double RealTimePlayback::compute_frame(FrameClock& clock) {
     computed_ = compute(clock.time_s());
     const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
     if (after_frame_)
-        after_frame_(computer_.maker(),
+        after_frame_(computer().maker(),
                      std::chrono::duration<double>(clock.end() - Clock::now()).count());
     clock.follow(played_s(), Clock::now());
     return took_s;
@@ -164,14 +196,33 @@ double RealTimePlayback::compute_frame(FrameClock& clock) {
 
 void RealTimePlayback::publish(ListenerFrames frames) {
     for (std::size_t l = 0; l < frames.size(); ++l)
-        renderer_.frames(l).publish(std::move(frames[l]));
+        newest().renderer.frames(l).publish(std::move(frames[l]));
     tail_samples_ = newest_tail_samples();
+    newest().tail = tail_samples_.load();
+    free_rooms();
+    if (scene_has_begun()) rooms_.publish(std::move(built().made));
     const std::lock_guard lock(mutex_);
-    for (std::size_t l = 0; l < heads_.size(); ++l) {
+    unpublished_ = nullptr;
+    for (std::size_t l = 0; l < listeners_; ++l) {
         if (frame_heads_[l]) publish_head(l, *frame_heads_[l]);
         frame_heads_[l].reset();
     }
-    computer_.set_handed_over();
+    computer().set_handed_over();
+}
+
+/// Takes the sources and the orientations that commands have set.
+void RealTimePlayback::take_commands(SoundingRoom& room) noexcept {
+    if (std::vector<SourceId>* const all = room.routes.take()) {
+        for (std::size_t s = 0; s < all->size(); ++s) room.renderer.set_source(s, (*all)[s]);
+        room.routes.give_back(all);
+    }
+    for (std::size_t l = 0; l < room.heads.size(); ++l) {
+        HeadPose* const head = room.heads[l]->take();
+        if (head == nullptr) continue;
+        room.renderer.turn_head(l, head->pose);
+        if (l == 0) head_pose_ns_ = head->set_ns;
+        room.heads[l]->give_back(head);
+    }
 }
 
 void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
@@ -184,20 +235,11 @@ void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<fl
             done += left;
             continue;
         }
-        if (std::vector<SourceId>* const all = routes_.take()) {
-            for (std::size_t s = 0; s < all->size(); ++s) renderer_.set_source(s, (*all)[s]);
-            routes_.give_back(all);
-        }
-        for (std::size_t l = 0; l < heads_.size(); ++l) {
-            HeadPose* const head = heads_[l]->take();
-            if (head == nullptr) continue;
-            renderer_.turn_head(l, head->pose);
-            if (l == 0) head_pose_ns_ = head->set_ns;
-            heads_[l]->give_back(head);
-        }
+        exchange_.advance();
+        exchange_.for_each([this](SoundingRoom& room) { take_commands(room); });
         for (std::size_t c = 0; c < outputs.size(); ++c) part_outputs_[c] = outputs[c] + done;
         const std::span<const float> weights = pause_.weights(part);
-        renderer_.render(inputs, done, weights, part_outputs_, part);
+        render_rooms(inputs, done, weights, part_outputs_, part);
         for (float* const output : part_outputs_) apply_weights(weights, output);
         done += part;
         rendered_.fetch_add(part, std::memory_order_relaxed);

@@ -13,18 +13,11 @@
 
 namespace aula {
 
-/// An orientation of a head, and when it was set (clock_ns(); 0 if its latency does not count).
-struct HeadPose {
-    Pose pose;
-    std::int64_t set_ns = 0;
-};
-
 /// Plays a room on the real-time clock: frames are computed at regular times, and the renderer
 /// takes the newest frame, routes and head poses from mailboxes.
 class RealTimePlayback : public RoomPlayback, private LiveFrames {
  public:
-    RealTimePlayback(const Scene& scene, const AuralizerOptions& options,
-                     std::shared_ptr<const Hrtf> hrtf);
+    RealTimePlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOptions& options);
 
     int latency_samples() const override { return 0; }
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
@@ -37,14 +30,14 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
                 std::function<void(const FrameMaker&, double)> after_frame);
 
     /// Frees the engine. [after the frames have ended]
-    void free_engine() { computer_.end(); }
+    void free_engine() { computer().end(); }
 
     /// Turns a listener's head only. [any thread]
     void turn_head_now(std::size_t listener, const Pose& pose);
 
     // See LiveAuralizer. [rendering thread]
     std::int64_t frame_pose_ns() const noexcept AULA_NONBLOCKING {
-        return renderer_.newest_stamp(0);
+        return exchange_.playing()->renderer.newest_stamp(0);
     }
     std::int64_t head_pose_ns() const noexcept AULA_NONBLOCKING { return head_pose_ns_; }
 
@@ -57,17 +50,21 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     void end_source(SourceId source, const ChangeTime& time) override;
     void turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) override;
     std::int64_t pose_ns() const override;
-    void publish_routes();
+    void announce_scene() override;
+    void take_scene(SoundingRoom& next) override;
+    static void publish_routes(SoundingRoom& room);
+    void free_rooms();
 
     bool wait_until(Clock::time_point time) override;
     bool publish_frame(FrameClock& clock) override;
-    void skip_frames(std::uint64_t count) override { computer_.count_skipped_frames(count); }
+    void skip_frames(std::uint64_t count) override { computer().count_skipped_frames(count); }
     double compute_frame(FrameClock& clock) override;
     bool wait_out_pause(FrameClock& clock);
     double played_s() const;
     ListenerFrames compute(double time_s);
     void publish(ListenerFrames frames);
     void publish_head(std::size_t listener, const Pose& pose);
+    void take_commands(SoundingRoom& room) noexcept AULA_NONBLOCKING;
 
     // Used by the propagation thread.
     std::function<double()> sound_time_s_;  ///< that frames follow; empty: the rendered time
@@ -81,12 +78,11 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     const int block_;
     std::vector<float*> part_outputs_;
 
-    // Passed to the rendering thread. Writers lock the mutex.
-    Mailbox<std::vector<SourceId>> routes_{1};               ///< [slot]
-    std::vector<std::unique_ptr<Mailbox<HeadPose>>> heads_;  ///< [listener]
-
     // Guarded by the mutex.
     bool running_ = false;                          ///< frames are computed at their times
+    bool scene_waits_ = false;                      ///< another scene is to begin
+    std::vector<SoundingRoom*> sounding_;           ///< all that sound or are to; the newest last
+    SoundingRoom* unpublished_ = nullptr;           ///< the newest, until it is published
     std::vector<std::optional<Pose>> frame_heads_;  ///< [listener] poses for the next frame
 };
 

@@ -6,64 +6,51 @@
 #include <string>
 #include <utility>
 
-#include "apps/room/base/output_resources.h"
-#include "audio/render/render_memory.h"
-
 namespace aula {
 
 namespace {
 
-/// Time for which a removed source is audible beyond its response: its fade and the length of the
-/// filters.
-constexpr double kRingTail_s = 0.1;
-
-/// Slots of the renderer beyond AuralizerOptions::max_sources. The slot of a removed source is
-/// free for a while before another source plays in it.
-constexpr std::size_t kSpareSlots = 2;
-
-FrameSettings settings_of(const Scene& scene, const AuralizerOptions& options, int block,
-                          const HeadphoneFilter* headphones) {
-    // Not more spare slots than sources that can be added without a removal: if the scene has
-    // max_sources sources, replacing one is rare.
-    const std::size_t spare = std::min(options.max_sources - scene.sources.size(), kSpareSlots);
-    FrameSettings settings{options};
-    settings.block = block;
-    settings.max_sources = options.max_sources + spare;
-    settings.listeners = options.listeners;
-    settings.waves_ready =
-        options.clock == RenderClock::real_time ? WavesReady::later : WavesReady::at_once;
-    if (headphones != nullptr) settings.headphones_bytes = equalizer_bytes(*headphones, block);
-    settings.max_memory_bytes = options.max_memory_bytes;
-    return settings;
+/// Another scene replaces the present one: sources, listeners, gains of parts and the share of the
+/// frame period stay. Objects and materials are those of the scene.
+void begin(FrameRoom& room, std::shared_ptr<BuiltRoom> next, std::uint64_t number) {
+    room.slots = next->sounding->slots;
+    std::erase_if(room.state.sources,
+                  [](const SourceState& source) { return source.removed_at.has_value(); });
+    for (SourceState& source : room.state.sources) source.slot = room.slots.begin({source.id});
+    room.state.objects.clear();
+    for (const Object& object : next->scene.objects)
+        room.state.objects.push_back(object.transform_at(0));
+    room.state.rays = next->rays;
+    room.materials.clear();
+    room.built = std::move(next);
+    room.scene = number;
 }
 
 }  // namespace
 
-RoomPlayback::RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
-                           std::shared_ptr<const Hrtf> hrtf)
+RoomPlayback::RoomPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOptions& options,
+                           int block)
     : rate_hz_(options.sample_rate_hz),
+      listeners_(options.listeners),
       before_frame_(options.before_frame),
-      headphones_(headphones_for(options)),
-      computer_(scene, settings_of(scene, options, block, headphones_.get()),
-                hrtf ? std::move(hrtf) : hrtf_for(options)),
-      renderer_(computer_.config(), options.listeners, computer_.hrtf(), headphones_.get()),
-      renderer_slots_(computer_.config().sources),
       pause_(rate_hz_, block),
-      tail_samples_(tail_of(computer_.config().longest_delay_s)),
+      exchange_(rooms_, rate_hz_, block),
+      tail_samples_(first->sounding->tail_samples()),
+      room_outputs_(options.listeners * channel_count(options.output),
+                    std::vector<float>(static_cast<std::size_t>(block))),
+      room_weights_(static_cast<std::size_t>(block)),
       sources_(options.max_sources),
-      room_{.state = room_state(scene, 0), .slots = renderer_slots_} {
-    const Pose pose = room_.state.listeners[0];
-    room_.state.listeners.assign(options.listeners, pose);
-    room_.poses_ns.resize(options.listeners);
-    for (const Object& object : scene.objects)
-        room_.state.objects.push_back(object.transform_at(0));
-    for (std::size_t l = 0; l < options.listeners; ++l) renderer_.turn_head(l, pose);
-    for (SourceState& state : room_.state.sources) {
-        const SourceId source = sources_.add({});
-        state.id = source.number;
-        state.slot = room_.slots.begin(source);
-        renderer_.set_source(renderer_slots_.begin(source), source);
-    }
+      room_{.state = room_state(first->scene, 0), .slots = SourceSlots(0)},
+      present_(std::move(first)) {
+    for (std::vector<float>& output : room_outputs_) room_pointers_.push_back(output.data());
+    room_.state.listeners.assign(listeners_, Pose(room_.state.listeners[0]));
+    room_.poses_ns.resize(listeners_);
+    for (SourceState& state : room_.state.sources) state.id = sources_.add({}).number;
+    begin(room_, present_, 0);
+    scenes_.push_back({{kNow}, 0, present_});
+    newest().begin(room_.slots, room_.state.listeners);
+    rooms_.publish(std::move(present_->made));
+    exchange_.advance();
 }
 
 void RoomPlayback::run(Auralizer& auralizer) {
@@ -157,15 +144,70 @@ void RoomPlayback::change_room(std::int64_t at, std::function<void(FrameRoom&)> 
     changes_.add(time_of(at), std::move(change));
 }
 
+void RoomPlayback::change_scene(std::int64_t at, std::function<void(FrameRoom&)> change) {
+    const std::lock_guard lock(mutex_);
+    if (failure_) return;
+    const ChangeTime time = time_of(at);
+    changes_.add(time,
+                 [number = scene_of(time).number, change = std::move(change)](FrameRoom& room) {
+                     if (room.scene == number) change(room);
+                 });
+}
+
+void RoomPlayback::begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at) {
+    const std::lock_guard lock(mutex_);
+    if (failure_) return;
+    const ChangeTime time = time_of(at);
+    const std::uint64_t number = ++last_scene_;
+    const auto later = std::upper_bound(
+        scenes_.begin(), scenes_.end(), time,
+        [](const ChangeTime& added, const SceneTime& s) { return added < s.begin; });
+    scenes_.insert(later, {time, number, next});
+    changes_.add(time,
+                 [next = std::move(next), number](FrameRoom& room) { begin(room, next, number); });
+    announce_scene();
+}
+
+/// The mutex is locked.
+const RoomPlayback::SceneTime& RoomPlayback::scene_of(const ChangeTime& time) const {
+    const auto after = std::upper_bound(
+        scenes_.begin() + 1, scenes_.end(), time,
+        [](const ChangeTime& given, const SceneTime& s) { return given < s.begin; });
+    return *(after - 1);
+}
+
+std::shared_ptr<const BuiltRoom> RoomPlayback::scene_at(std::int64_t at) const {
+    const std::lock_guard lock(mutex_);
+    return scene_of(time_of(at)).built;
+}
+
+std::shared_ptr<const BuiltRoom> RoomPlayback::present() const {
+    const std::lock_guard lock(mutex_);
+    return present_;
+}
+
+void RoomPlayback::warm_up(BuiltRoom& next, double longest_s) const {
+    FrameRoom room{.state = {}, .slots = SourceSlots(0)};
+    {
+        const std::lock_guard lock(mutex_);
+        room.state = room_.state;
+    }
+    room.state.objects.clear();
+    room.state.rays = next.rays;
+    std::erase_if(room.state.sources,
+                  [](const SourceState& source) { return source.removed_at.has_value(); });
+    next.computer.warm_up(room, longest_s);
+}
+
 AuralizerStatus RoomPlayback::status() const {
     {
         const std::lock_guard lock(mutex_);
         if (failure_) std::rethrow_exception(failure_);
     }
-    AuralizerStatus status = computer_.status();
+    AuralizerStatus status = present()->computer.status();
     status.samples = rendered_.load();
     status.paused = pause_.silent();
-    status.muted_samples = renderer_.muted_samples();
+    status.muted_samples = muted_.load();
     return status;
 }
 
@@ -182,46 +224,75 @@ void RoomPlayback::call_before_frame(Auralizer& auralizer, std::int64_t sample, 
 
 void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double time_s) {
     const std::lock_guard lock(mutex_);
+    apply_changes_locked(until, now, time_s);
+}
+
+void RoomPlayback::apply_changes_locked(std::int64_t until, std::int64_t now, double time_s) {
     changes_.apply(until, room_);
     sources_.forget(now);
+    if (room_.built != present_) {
+        before_ = std::exchange(present_, room_.built);
+        computer().continue_counts(before_->computer);
+        scenes_.erase(scenes_.begin(),
+                      std::find_if(scenes_.begin(), scenes_.end(),
+                                   [this](const SceneTime& s) { return s.number == room_.scene; }));
+        newest().begin(room_.slots, room_.state.listeners);
+        take_scene(newest());
+    }
     std::erase_if(room_.state.sources, [&](const SourceState& source) {
         return source.removed_at &&
-               now - *source.removed_at >= tail_of(computer_.longest_delay_s({source.id}));
+               now - *source.removed_at >=
+                   present_->tail_samples(computer().longest_delay_s({source.id}));
     });
     room_.state.time_s = time_s;
 }
 
-/// How long sources are audible after their signals have ended.
-std::int64_t RoomPlayback::tail_of(double longest_delay_s) const {
-    const double length_s = std::max(computer_.response_length_s(), longest_delay_s);
-    return std::llround((length_s + headphones_s() + kRingTail_s) * rate_hz_);
-}
-
-/// How long the headphone filter rings after a sample.
-double RoomPlayback::headphones_s() const {
-    return headphones_ ? static_cast<double>(headphones_->taps() - 1) / rate_hz_ : 0;
-}
-
 std::vector<std::vector<float>> RoomPlayback::impulse_response(SourceId source,
                                                                std::size_t listener) const {
-    auto response = computer_.impulse_response(source, listener);
-    if (headphones_ && !response.empty()) equalize(*headphones_, response);
+    const std::shared_ptr<const BuiltRoom> room = present();
+    auto response = room->computer.impulse_response(source, listener);
+    if (room->headphones && !response.empty()) equalize(*room->headphones, response);
     return response;
 }
 
 std::int64_t RoomPlayback::newest_tail_samples() const {
     double longest_s = 0;
     for (const SourceState& source : room_.state.sources)
-        longest_s = std::max(longest_s, computer_.longest_delay_s({source.id}));
-    return tail_of(longest_s);
+        longest_s = std::max(longest_s, present_->computer.longest_delay_s({source.id}));
+    return present_->tail_samples(longest_s);
 }
 
 FrameRoom RoomPlayback::take_changes(std::int64_t until, std::int64_t now, double time_s) {
-    apply_changes(until, now, time_s);
+    const std::lock_guard lock(mutex_);
+    apply_changes_locked(until, now, time_s);
     FrameRoom room = room_;
     room_.materials.clear();
     std::fill(room_.poses_ns.begin(), room_.poses_ns.end(), 0);
     return room;
+}
+
+void RoomPlayback::render_rooms(std::span<const SourceSignal> inputs, int offset,
+                                std::span<const float> weights, std::span<float* const> outputs,
+                                int samples) noexcept {
+    exchange_.render(samples, [&](SoundingRoom& room, std::span<float> input_weights,
+                                  std::span<const float> output_weights) {
+        const bool plays = &room == exchange_.playing();
+        std::span<const float> given = weights;
+        if (!input_weights.empty()) {
+            std::copy(input_weights.begin(), input_weights.end(), room_weights_.begin());
+            apply_weights(weights, room_weights_.data());
+            given = std::span(room_weights_).first(input_weights.size());
+        }
+        const std::span<float* const> heard = plays ? outputs : room_pointers_;
+        room.renderer.render(inputs, offset, given, heard, samples);
+        if (const std::int64_t muted = room.renderer.take_muted(); muted > 0)
+            muted_.fetch_add(muted, std::memory_order_relaxed);
+        if (plays) return;
+        for (std::size_t c = 0; c < outputs.size(); ++c) {
+            apply_weights(output_weights, heard[c]);
+            for (int n = 0; n < samples; ++n) outputs[c][n] += heard[c][n];
+        }
+    });
 }
 
 }  // namespace aula

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
@@ -11,21 +12,23 @@
 #include <optional>
 #include <span>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "apps/room/auralizer/built_room.h"
 #include "apps/room/auralizer/change_queue.h"
 #include "apps/room/auralizer/frame_computer.h"
-#include "apps/room/auralizer/pause_fade.h"
-#include "apps/room/auralizer/room_renderer.h"
+#include "apps/room/auralizer/sounding_room.h"
 #include "apps/room/auralizer/source_register.h"
-#include "apps/room/auralizer/source_slots.h"
+#include "apps/room/base/pause_fade.h"
+#include "apps/room/base/room_exchange.h"
 #include "aula/auralizer.h"
 
 namespace aula {
 
 /// Playback of a room: the changes made by commands, the frames computed from them and the
-/// renderer. The base class of both clocks. Commands are those of Auralizer, with checked
-/// arguments.
+/// renderers of the scenes that sound. The base class of both clocks. Commands are those of
+/// Auralizer, with checked arguments.
 class RoomPlayback {
  public:
     virtual ~RoomPlayback() = default;
@@ -43,12 +46,23 @@ class RoomPlayback {
     void change_source(SourceId source, std::int64_t at, std::function<void(SourceState&)> change);
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at);
     void change_room(std::int64_t at, std::function<void(FrameRoom&)> change);
+    /// A change that belongs to the scene of its time: without effect in a later one.
+    void change_scene(std::int64_t at, std::function<void(FrameRoom&)> change);
+    /// Exchanges the scene from the first frame at or after a time on.
+    void begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at);
     void set_paused(bool paused) { pause_.set_paused(paused); }
     virtual void commit(std::int64_t /*until*/) {}
     AuralizerStatus status() const;
-    const FrameComputer& computer() const { return computer_; }
-    std::int64_t tail_samples() const { return tail_samples_.load(); }
-    double heard_length_s() const { return computer_.response_length_s() + headphones_s(); }
+    /// The scene to which commands refer that are made now.
+    std::shared_ptr<const BuiltRoom> scene_at(std::int64_t at) const;
+    /// That of the newest frame.
+    std::shared_ptr<const BuiltRoom> present() const;
+    /// Fills the caches of a scene that is to begin for the present room, for at most about
+    /// `longest_s`.
+    void warm_up(BuiltRoom& next, double longest_s) const;
+    std::int64_t tail_samples() const {
+        return std::max(tail_samples_.load(), exchange_.ring_samples());
+    }
 
     /// See Auralizer::impulse_response().
     std::vector<std::vector<float>> impulse_response(SourceId source, std::size_t listener) const;
@@ -58,10 +72,8 @@ class RoomPlayback {
                         int samples) = 0;
 
  protected:
-    /// `block`: the largest number of samples that the renderer processes together. `hrtf`: that of
-    /// the options, or null to read it.
-    RoomPlayback(const Scene& scene, const AuralizerOptions& options, int block,
-                 std::shared_ptr<const Hrtf> hrtf);
+    /// `block`: the largest number of samples of render_rooms().
+    RoomPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOptions& options, int block);
 
     // [propagation thread]
     virtual void compute_frames(Auralizer& auralizer) = 0;
@@ -79,6 +91,21 @@ class RoomPlayback {
     /// tail_samples() of the frame that was computed last.
     std::int64_t newest_tail_samples() const;
 
+    // Of the newest frame, or the next one once its changes have been taken.
+    BuiltRoom& built() { return *present_; }
+    FrameComputer& computer() { return present_->computer; }
+    SoundingRoom& newest() { return *present_->sounding; }
+
+    /// Whether another scene has begun with the changes that were taken last, and frees the one
+    /// before it.
+    bool scene_has_begun() { return std::exchange(before_, nullptr) != nullptr; }
+
+    /// Renders at most a block of samples, from `offset` of the inputs on, and overwrites the
+    /// outputs. `weights`: a factor for each sample of the inputs, or empty. [rendering thread]
+    void render_rooms(std::span<const SourceSignal> inputs, int offset,
+                      std::span<const float> weights, std::span<float* const> outputs,
+                      int samples) noexcept AULA_NONBLOCKING;
+
     // With the mutex locked:
     bool in_before_frame() const {
         return frame_sample_.has_value() && std::this_thread::get_id() == frame_thread_;
@@ -91,14 +118,17 @@ class RoomPlayback {
     virtual void turn_head(std::size_t listener, const Pose& pose, const ChangeTime& time) = 0;
     /// The time of a pose that is set now (clock_ns()); 0 if its latency does not count.
     virtual std::int64_t pose_ns() const { return 0; }
+    /// Tells the propagation thread that a scene is to begin.
+    virtual void announce_scene() {}
+    /// The changes that were taken last have begun another scene.
+    virtual void take_scene(SoundingRoom& /*next*/) {}
 
     const double rate_hz_;
+    const std::size_t listeners_;
     const std::function<void(Auralizer&, double)> before_frame_;
-    const std::shared_ptr<const HeadphoneFilter> headphones_;  ///< null: none
-    FrameComputer computer_;
-    RoomRenderer renderer_;                   ///< used by the rendering thread
-    SourceSlots renderer_slots_;              ///< the assignment last sent to the renderer
+    Mailbox<SoundingRoom> rooms_{RoomExchange<SoundingRoom>::kMaxHeld};
     PauseFade pause_;                         ///< used by the rendering thread
+    RoomExchange<SoundingRoom> exchange_;     ///< used by the rendering thread
     std::atomic<std::int64_t> rendered_ = 0;  ///< samples
     std::atomic<std::int64_t> tail_samples_;  ///< of the newest frame that is rendered
 
@@ -109,13 +139,31 @@ class RoomPlayback {
     std::optional<std::int64_t> frame_sample_;  ///< while before_frame is called
 
  private:
-    std::int64_t tail_of(double longest_delay_s) const;
-    double headphones_s() const;
+    /// A scene, and from when on commands refer to it.
+    struct SceneTime {
+        ChangeTime begin;
+        std::uint64_t number = 0;
+        std::shared_ptr<BuiltRoom> built;
+    };
+
+    const SceneTime& scene_of(const ChangeTime& time) const;
+    void apply_changes_locked(std::int64_t until, std::int64_t now, double time_s);
+
+    // Used by the rendering thread.
+    std::atomic<std::int64_t> muted_ = 0;  ///< samples
+    std::vector<std::vector<float>> room_outputs_;
+    std::vector<float*> room_pointers_;
+    std::vector<float> room_weights_;
 
     std::thread::id frame_thread_;  ///< protected by the mutex, like the following members
     SourceRegister sources_;
     ChangeQueue<FrameRoom> changes_;
-    FrameRoom room_;  ///< with all changes up to the newest frame; used by the propagation thread
+    std::uint64_t last_scene_ = 0;
+    std::vector<SceneTime> scenes_;  ///< the present one and those that are to begin
+    FrameRoom room_;                 ///< with all changes up to the newest frame
+    std::shared_ptr<BuiltRoom>
+        present_;                        ///< of the newest frame; the propagation thread changes it
+    std::shared_ptr<BuiltRoom> before_;  ///< the one before it, until scene_has_begun()
 };
 
 }  // namespace aula

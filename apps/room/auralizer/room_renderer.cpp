@@ -62,8 +62,7 @@ const float* RoomRenderer::signal(const Slot& slot, std::span<const SourceSignal
 
 /// Silences samples that are not usable, and counts them.
 void RoomRenderer::mute(std::span<float> samples) noexcept {
-    if (const std::size_t muted = mute_beyond(kLargestSample, samples); muted > 0)
-        muted_.fetch_add(static_cast<std::int64_t>(muted), std::memory_order_relaxed);
+    muted_ += static_cast<std::int64_t>(mute_beyond(kLargestSample, samples));
 }
 
 /// The signal of a slot, faded as far as its source is, without samples that are not usable.

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "apps/room/frames/sound_at_listener.h"
@@ -47,8 +47,8 @@ class RoomRenderer {
     void render(std::span<const SourceSignal> inputs, int offset, std::span<const float> weights,
                 std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
 
-    /// Samples of all inputs and outputs that were silenced. [any thread]
-    std::int64_t muted_samples() const noexcept AULA_NONBLOCKING { return muted_.load(); }
+    /// Samples of all inputs and outputs that were silenced since the last call.
+    std::int64_t take_muted() noexcept AULA_NONBLOCKING { return std::exchange(muted_, 0); }
 
     /// The stamp of a listener's newest frame; see Renderer.
     std::int64_t newest_stamp(std::size_t listener) const noexcept AULA_NONBLOCKING {
@@ -81,7 +81,7 @@ class RoomRenderer {
     std::size_t channels_;       ///< of a listener
     std::int64_t rest_samples_;  ///< of a slot between two sources: a frame, for one without them
     std::int64_t time_samples_ = 0;
-    std::atomic<std::int64_t> muted_ = 0;
+    std::int64_t muted_ = 0;  ///< samples
     std::vector<Slot> slots_;
     std::vector<std::unique_ptr<Listener>> listeners_;
     std::vector<float> silence_;

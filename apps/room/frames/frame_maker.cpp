@@ -94,7 +94,6 @@ int FrameMaker::rays_wanted(const RoomState& room) const {
     return room.rays.value_or(simulation_.ray_count());
 }
 
-/// Adds and removes voices to match the sources.
 void FrameMaker::take_sources(const std::vector<SourceState>& sources) {
     const auto find = [&](std::uint64_t id) {
         return std::find_if(sources.begin(), sources.end(),

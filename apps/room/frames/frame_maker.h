@@ -51,6 +51,9 @@ class FrameMaker {
     /// See Propagation::reserve_memory.
     void reserve_memory() { propagation_.reserve_memory(); }
 
+    /// Adds and removes sources to match those of a frame; part of fill().
+    void take_sources(const std::vector<SourceState>& sources);
+
     /// Fills one frame per listener with the sound at that listener.
     void fill(const RoomState& room, std::span<const std::unique_ptr<RenderFrame>> frames);
 
@@ -112,7 +115,6 @@ class FrameMaker {
 
     Voice make_voice(const SourceState& source) const;
     int rays_wanted(const RoomState& room) const;
-    void take_sources(const std::vector<SourceState>& sources);
     void propagate(const RoomState& room);
     bool is_playing(const Voice& voice) const {
         return slot_sources_[voice.state.slot] == voice.state.id;

@@ -8,8 +8,8 @@ namespace aula {
 
 namespace {
 
-/// Duration of the fade between signals and between playbacks.
-constexpr double kChangeFade_s = 0.05;
+/// Duration of the fade between signals, as between rooms.
+constexpr double kSignalFade_s = RoomExchange<ScenePlayback>::kFade_s;
 
 /// Fade-in of a signal that begins abruptly.
 constexpr double kOnsetFade_s = 0.02;
@@ -38,9 +38,7 @@ ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet
       start_{.number = start},
       first_signals_(std::make_unique<SignalSet>(std::move(signals))),
       signals_(first_signals_.get()),
-      input_fade_(to_samples(kChangeFade_s, rate_hz_)),
-      output_fade_(input_fade_),
-      signal_fade_(input_fade_),
+      signal_fade_(to_samples(kSignalFade_s, rate_hz_)),
       onset_fade_(to_samples(kOnsetFade_s, rate_hz_)),
       inputs_(first_signals_->size(), std::vector<float>(static_cast<std::size_t>(block))),
       outputs_(auralizer_->room().output_channels(),
@@ -58,28 +56,17 @@ ScenePlayback::~ScenePlayback() {
 }
 
 /// `before`: the start of the previous playback. A playback in between with the same start may have
-/// been replaced in the mailbox.
-void ScenePlayback::begin(std::int64_t position, const SignalStart& before) noexcept {
+/// been replaced in the mailbox. Returns whether the input fades in.
+bool ScenePlayback::begin(std::int64_t position, const SignalStart& before) noexcept {
     start_.zero = start_.number == before.number ? before.zero : position;
-    (position == start_.zero ? onset_fade_ : input_fade_).start();
-}
-
-/// Another playback follows. Emitted sound remains audible to its end, including the fade of the
-/// input and the decay of the filters.
-void ScenePlayback::retire() noexcept {
-    state_ = State::ringing;
-    input_fade_.start();
-    ring_samples_ = auralizer_->tail_samples() + std::llround(2 * kChangeFade_s * rate_hz_);
-}
-
-void ScenePlayback::end() noexcept {
-    if (state_ == State::ending) return;
-    state_ = State::ending;
-    output_fade_.start();
+    if (position != start_.zero) return true;
+    onset_fade_.start();
+    return false;
 }
 
 /// The signals with exchanges, the end by the timeline and the playback's present fade.
-void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
+void ScenePlayback::read_inputs(std::int64_t position, std::span<const float> weights,
+                                int samples) noexcept {
     const auto count = static_cast<std::size_t>(samples);
     const std::int64_t first = position - start_.zero;
     if (fading_signals_ == nullptr) {
@@ -98,12 +85,9 @@ void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
         }
         if (!onset_fade_.done() && (*signals_)[s]->begins_abruptly()) onset_fade_.fade_in(input);
         timeline_.fade(first, rate_hz_, input);
-        if (state_ != State::playing)
-            input_fade_.fade_out(input);
-        else if (!faded_in())
-            input_fade_.fade_in(input);
+        apply_weights(weights, input.data());
     }
-    for (Fade* fade : {&onset_fade_, &input_fade_, &signal_fade_}) fade->advance(count);
+    for (Fade* fade : {&onset_fade_, &signal_fade_}) fade->advance(count);
     if (fading_signals_ != nullptr && signal_fade_.done()) {
         if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
         fading_signals_ = nullptr;
@@ -111,22 +95,18 @@ void ScenePlayback::read_inputs(std::int64_t position, int samples) noexcept {
 }
 
 /// Adds the playback's sound to the sum.
-void ScenePlayback::render(std::int64_t position, std::span<float* const> sum,
+void ScenePlayback::render(std::int64_t position, std::span<const float> input_weights,
+                           std::span<const float> output_weights, std::span<float* const> sum,
                            int samples) noexcept {
-    read_inputs(position, samples);
+    read_inputs(position, input_weights, samples);
     auralizer_->render(source_signals_, output_pointers_, samples);
-    if (state_ == State::ringing) {
-        ring_samples_ -= samples;
-        if (ring_samples_ <= 0) end();
-    }
     const auto count = static_cast<std::size_t>(samples);
     for (std::size_t c = 0; c < sum.size(); ++c) {
         const std::span<float> output = std::span(outputs_[c]).first(count);
         timeline_.end(position - start_.zero, rate_hz_, output);
-        if (state_ == State::ending) output_fade_.fade_out(output);
-        for (std::size_t i = 0; i < count; ++i) sum[c][i] += outputs_[c][i];
+        apply_weights(output_weights, output.data());
+        for (std::size_t i = 0; i < count; ++i) sum[c][i] += output[i];
     }
-    output_fade_.advance(count);
 }
 
 LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s,
@@ -136,18 +116,12 @@ LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels, dou
       channels_(channels),
       before_(before),
       limiter_(sample_rate_hz, channels, block),
+      exchange_(playbacks_, sample_rate_hz, block),
       output_pointers_(channels),
       interleaved_(static_cast<std::size_t>(block) * channels),
       output_ring_(static_cast<std::size_t>(kOutputRing_s * sample_rate_hz) * channels),
       position_(std::llround(begin_s * sample_rate_hz)),
       pause_(sample_rate_hz, block) {}
-
-LiveMixer::~LiveMixer() {
-    if (playing_ != nullptr) playbacks_.give_back(playing_);
-    if (waiting_ != nullptr) playbacks_.give_back(waiting_);
-    for (ScenePlayback* playback : ringing_)
-        if (playback != nullptr) playbacks_.give_back(playback);
-}
 
 void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
     const std::int64_t before_ns = std::exchange(called_ns_, clock_ns());
@@ -168,50 +142,24 @@ void LiveMixer::count_latencies(std::int64_t now_ns) noexcept {
         if (pose_ns != newest_ns && pose_ns != 0) latency.add(now_ns - pose_ns);
         newest_ns = pose_ns;
     };
-    count(playing_->auralizer_->frame_pose_ns(), frame_pose_ns_, frame_latency_);
-    count(playing_->auralizer_->head_pose_ns(), head_pose_ns_, head_latency_);
-}
-
-/// Starts the next playback, if there is one, when the present one has faded in and fewer than the
-/// maximum ring out. Otherwise it waits, and the oldest ringing one is ended.
-void LiveMixer::change_playback() noexcept {
-    if (waiting_ == nullptr) waiting_ = playbacks_.take();
-    if (waiting_ == nullptr) return;
-    if (playing_ != nullptr) {
-        if (!playing_->faded_in()) return;
-        if (ringing_.back() != nullptr) {
-            ringing_.front()->end();
-            return;
-        }
-        playing_->retire();
-        *std::find(ringing_.begin(), ringing_.end(), nullptr) = playing_;
-    }
-    waiting_->begin(position_.load(std::memory_order_relaxed),
-                    playing_ != nullptr ? playing_->start_ : before_);
-    playing_ = std::exchange(waiting_, nullptr);
-}
-
-void LiveMixer::give_back_ended() noexcept {
-    for (ScenePlayback*& playback : ringing_) {
-        if (playback == nullptr || !playback->ended()) continue;
-        playbacks_.give_back(std::exchange(playback, nullptr));
-    }
-    // The oldest first, without gaps.
-    if (ringing_.front() == nullptr) std::swap(ringing_.front(), ringing_.back());
+    const LiveAuralizer& auralizer = *exchange_.playing()->auralizer_;
+    count(auralizer.frame_pose_ns(), frame_pose_ns_, frame_latency_);
+    count(auralizer.head_pose_ns(), head_pose_ns_, head_latency_);
 }
 
 void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
     const std::int64_t now_ns = clock_ns();
-    change_playback();
     const std::int64_t position = position_.load(std::memory_order_relaxed);
+    exchange_.advance([&](ScenePlayback& next) noexcept AULA_NONBLOCKING {
+        const ScenePlayback* const before = exchange_.playing();
+        return next.begin(position, before != nullptr ? before->start_ : before_);
+    });
     for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
-    for (ScenePlayback* playback : ringing_)
-        if (playback != nullptr) playback->render(position, outputs, samples);
-    if (playing_ != nullptr) {
-        playing_->render(position, outputs, samples);
-        count_latencies(now_ns);
-    }
-    give_back_ended();
+    exchange_.render(samples, [&](ScenePlayback& playback, std::span<const float> input_weights,
+                                  std::span<const float> output_weights) {
+        playback.render(position, input_weights, output_weights, outputs, samples);
+    });
+    if (exchange_.playing() != nullptr) count_latencies(now_ns);
 
     limiter_.process(outputs, samples);
     const std::span<const float> weights = pause_.weights(samples);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -8,8 +7,9 @@
 #include <vector>
 
 #include "apps/room/auralizer/live_auralizer.h"
-#include "apps/room/auralizer/pause_fade.h"
 #include "apps/room/base/latency.h"
+#include "apps/room/base/pause_fade.h"
+#include "apps/room/base/room_exchange.h"
 #include "apps/room/frames/signals.h"
 #include "apps/room/frames/timeline.h"
 #include "audio/base/mailbox.h"
@@ -26,10 +26,8 @@ struct SignalStart {
 };
 
 /// A scene as the audio thread plays it: signals through an auralizer. Its input fades in if the
-/// signals have already begun, and fades out when another playback follows; then the room rings
-/// out. The weights of both inputs add up to one: each sample of the signals is rendered once in
-/// total, without a click. Signals that begin with the playback are played from their first sample
-/// on without a fade, except those that begin abruptly.
+/// signals have already begun. Signals that begin with the playback are played from their first
+/// sample on without a fade, except those that begin abruptly.
 class ScenePlayback {
  public:
     /// One signal for each source of the auralizer, which has one listener. `block`: the largest
@@ -50,19 +48,16 @@ class ScenePlayback {
 
  private:
     friend class LiveMixer;
+    friend class RoomExchange<ScenePlayback>;
 
-    enum class State { playing, ringing, ending };
-
-    void begin(std::int64_t position, const SignalStart& before) noexcept AULA_NONBLOCKING;
-    void retire() noexcept AULA_NONBLOCKING;
-    void end() noexcept AULA_NONBLOCKING;
-    bool faded_in() const noexcept AULA_NONBLOCKING { return input_fade_.done(); }
-    bool ended() const noexcept AULA_NONBLOCKING {
-        return state_ == State::ending && output_fade_.done();
+    bool begin(std::int64_t position, const SignalStart& before) noexcept AULA_NONBLOCKING;
+    std::int64_t tail_samples() const noexcept AULA_NONBLOCKING {
+        return auralizer_->tail_samples();
     }
-
-    void read_inputs(std::int64_t position, int samples) noexcept AULA_NONBLOCKING;
-    void render(std::int64_t position, std::span<float* const> sum,
+    void read_inputs(std::int64_t position, std::span<const float> weights,
+                     int samples) noexcept AULA_NONBLOCKING;
+    void render(std::int64_t position, std::span<const float> input_weights,
+                std::span<const float> output_weights, std::span<float* const> sum,
                 int samples) noexcept AULA_NONBLOCKING;
 
     std::unique_ptr<LiveAuralizer> auralizer_;
@@ -74,12 +69,8 @@ class ScenePlayback {
     SignalSet* fading_signals_ = nullptr;  ///< the signals being replaced
     Mailbox<SignalSet> next_signals_{2};   ///< present ones and those that fade out
 
-    State state_ = State::playing;
-    Fade input_fade_;                ///< in at the beginning, then out
-    Fade output_fade_;               ///< fade-out at the end
-    Fade signal_fade_;               ///< crossfade to other signals
-    Fade onset_fade_;                ///< for signals that begin abruptly
-    std::int64_t ring_samples_ = 0;  ///< remaining samples of the ringing out
+    Fade signal_fade_;  ///< crossfade to other signals
+    Fade onset_fade_;   ///< for signals that begin abruptly
 
     std::vector<std::vector<float>> inputs_;
     std::vector<SourceSignal> source_signals_;  ///< with the inputs
@@ -96,7 +87,6 @@ class LiveMixer {
     /// until then.
     LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s = 0,
               const SignalStart& before = {});
-    ~LiveMixer();
 
     /// Fills the outputs, in blocks of at most the mixer's size. [audio thread, wait-free]
     void render(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
@@ -130,22 +120,16 @@ class LiveMixer {
     const LatencyCounts& call_interval() const { return call_interval_; }
 
  private:
-    static constexpr std::size_t kMaxRinging = 2;
-
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void count_latencies(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
-    void change_playback() noexcept AULA_NONBLOCKING;
-    void give_back_ended() noexcept AULA_NONBLOCKING;
 
     double rate_hz_;
     int block_;
     std::size_t channels_;
     SignalStart before_;  ///< of the signals before the first playback
     Limiter limiter_;
-    Mailbox<ScenePlayback> playbacks_{kMaxRinging + 2};  ///< the present and the waiting one
-    ScenePlayback* playing_ = nullptr;
-    ScenePlayback* waiting_ = nullptr;  ///< until fewer playbacks ring out
-    std::array<ScenePlayback*, kMaxRinging> ringing_{};
+    Mailbox<ScenePlayback> playbacks_{RoomExchange<ScenePlayback>::kMaxHeld};
+    RoomExchange<ScenePlayback> exchange_;
     std::vector<float*> output_pointers_;
     std::vector<float> interleaved_;
     SampleRing output_ring_;

@@ -113,8 +113,8 @@ struct AuralizerStatus {
 
 /// Renders what listeners hear in a room, block by block, without device and files. It computes the
 /// propagation on a separate thread and has a renderer for each listener. During rendering sources
-/// can be added, removed and moved, listeners and objects moved, and materials changed, without a
-/// click.
+/// can be added, removed and moved, listeners and objects moved, materials changed and the scene
+/// exchanged, without a click.
 ///
 /// **Sample time** counts the rendered samples from 0 on. The parameter `at` of a command is the
 /// sample time at which the change takes effect on the exact clock. The real-time clock ignores it.
@@ -126,7 +126,8 @@ struct AuralizerStatus {
 /// heads, additions and removals take effect at the sample time of the change. All other changes
 /// take effect in the first frame at or after it.
 ///
-/// **Threads**: commands lock a mutex for a short time. Any thread may call them, but on the
+/// **Threads**: commands lock a mutex for a short time, except set_scene(), which builds a scene.
+/// Any thread may call them, but on the
 /// real-time clock the thread that renders must not. Threads that the object starts have ordinary
 /// priority, on the real-time clock a nice value of at least kPropagationNice from the second frame
 /// on. They end with the destructor.
@@ -145,6 +146,23 @@ class Auralizer {
     ~Auralizer();
     Auralizer(const Auralizer&) = delete;
     Auralizer& operator=(const Auralizer&) = delete;
+
+    /// Exchanges the scene: its surfaces, materials, objects and medium, and the settings of its
+    /// simulation. Sources and listeners stay with their poses and gains; the length of the
+    /// responses is prepared for those of `scene`, as by the constructor. The number of rays, and
+    /// poses and materials of objects, are those of `scene`; commands for objects of the present
+    /// scene have no effect in it. The inputs fade from the present scene to the next one over 50
+    /// ms, while the present one rings out; of three that ring out the oldest ends.
+    ///
+    /// Copies and builds the scene while rendering goes on, and returns when it is ready to begin:
+    /// at the first frame at or after `at`, on the real-time clock as soon as its first frame is
+    /// computed. Commands that refer to objects refer to the scene at their time, on the real-time
+    /// clock after the call to this one. Takes as long as the constructor; several calls at a time
+    /// follow each other. Throws InputError for invalid settings, which changes nothing.
+    void set_scene(const Scene& scene, std::int64_t at = kNow);
+
+    /// The scene to which commands refer that are called now.
+    std::shared_ptr<const Scene> scene() const;
 
     /// Adds a source. It is heard from its first frame on; on the real-time clock after at most two
     /// frames. It fades in over 20 ms unless it begins at the first sample. If all places are taken
@@ -228,7 +246,7 @@ class Auralizer {
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
 
     /// Number of outputs of render(): channel_count() of the output format for each listener.
-    /// Constant, as are the four values below; any thread may ask for them.
+    /// Constant, as are the two values below; any thread may ask for all five.
     std::size_t output_channels() const;
 
     /// Delay from the inputs to the outputs of render(): 0 on the real-time clock, 256 on the exact
@@ -239,18 +257,19 @@ class Auralizer {
     /// AuralizerOptions::sample_rate_hz.
     double sample_rate_hz() const;
 
-    /// Length of the responses of the room: see Propagation::response_length_s().
+    /// Length of the responses of the newest frame's scene: see Propagation::response_length_s().
     double response_length_s() const;
 
     /// The same with the filter of AuralizerOptions::headphones, which comes after the room.
     double heard_length_s() const;
 
-    /// See Propagation::patch_size_m.
+    /// That of the newest frame's scene: see Propagation::patch_size_m.
     float patch_size_m() const;
 
     /// How long sources are heard after their signals have ended: the response length, or the
-    /// longest path of the frame that is heard, and 0.1 s for fades and filters. An upper bound
-    /// before the first frame. Any thread may ask for it.
+    /// longest path of the frame that is heard, and 0.1 s for fades and filters; at least as long
+    /// as an earlier scene rings out. An upper bound before the first frame. Any thread may ask for
+    /// it.
     std::int64_t tail_samples() const;
 
     /// Impulse response of a source at a listener in the newest frame, as it is heard with its gain
@@ -270,13 +289,14 @@ class Auralizer {
  private:
     friend class LiveAuralizer;
     struct State;
-    explicit Auralizer(std::unique_ptr<State> state);
+    Auralizer(const Scene& scene, std::unique_ptr<State> state);
 
     std::unique_ptr<State> state_;
 };
 
 /// A function for AuralizerOptions::before_frame that moves the scene's initial sources, listener 0
-/// and the objects along their paths, if they have one. It keeps a copy of the scene.
+/// and the objects of the present scene along their paths, if they have one. It keeps a copy of the
+/// scene.
 std::function<void(Auralizer&, double time_s)> follow_paths(const Scene& scene);
 
 }  // namespace aula

@@ -40,7 +40,4 @@ class PauseFade {
     std::vector<float> weights_;
 };
 
-/// Multiplies the first samples by the weights.
-void apply_weights(std::span<const float> weights, float* samples) noexcept AULA_NONBLOCKING;
-
 }  // namespace aula

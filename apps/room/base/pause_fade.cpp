@@ -1,4 +1,4 @@
-#include "apps/room/auralizer/pause_fade.h"
+#include "apps/room/base/pause_fade.h"
 
 #include <algorithm>
 #include <cmath>
@@ -42,10 +42,6 @@ std::span<const float> PauseFade::weights(int samples) noexcept {
         weights_[n] = fading_out_ ? 1 - fade_.weight(n) : fade_.weight(n);
     fade_.advance(count);
     return std::span(weights_).first(count);
-}
-
-void apply_weights(std::span<const float> weights, float* samples) noexcept {
-    for (std::size_t n = 0; n < weights.size(); ++n) samples[n] *= weights[n];
 }
 
 }  // namespace aula
