@@ -39,38 +39,41 @@ void prepare_thread(const AuralizerOptions& options, const Simulation& simulatio
         lower_priority(kPropagationNice);
 }
 
+/// The largest number of samples that the renderers process together.
+int block_of(const AuralizerOptions& options) {
+    return options.clock == RenderClock::exact ? ExactPlayback::kBlock : options.block;
+}
+
 }  // namespace
 
-Auralizer::State::State(const Scene& scene, AuralizerOptions options_in,
-                        std::shared_ptr<const Hrtf> hrtf_in)
-    : options(checked(std::move(options_in), scene)), hrtf(std::move(hrtf_in)) {}
+Auralizer::State::State(const Scene& scene, AuralizerOptions options_in)
+    : options(checked(std::move(options_in), scene)) {}
 
 void Auralizer::State::build(const Scene& scene) {
     prepare_thread(options, scene.simulation);
-    const bool is_exact = options.clock == RenderClock::exact;
-    auto first =
-        std::make_shared<BuiltRoom>(scene, BuiltRoom::Sources::of_scene, options,
-                                    is_exact ? ExactPlayback::kBlock : options.block, hrtf);
-    if (is_exact)
+    auto first = std::make_shared<BuiltRoom>(scene, BuiltRoom::Sources::of_scene, options,
+                                             block_of(options), nullptr);
+    if (options.clock == RenderClock::exact)
         playback = std::make_unique<ExactPlayback>(std::move(first), options);
     else
         playback = std::make_unique<RealTimePlayback>(std::move(first), options);
 }
 
-void Auralizer::State::set_scene(const Scene& scene, std::int64_t at) {
-    const std::lock_guard lock(scene_mutex);
-    const bool is_exact = options.clock == RenderClock::exact;
-    // On a thread of its own, because the engine's threads inherit its priority.
-    auto built = std::async(std::launch::async, [&] {
-        prepare_thread(options, scene.simulation);
-        auto next = std::make_shared<BuiltRoom>(scene, BuiltRoom::Sources::of_room_before, options,
-                                                is_exact ? ExactPlayback::kBlock : options.block,
-                                                playback->present()->computer.hrtf());
-        // Not on the exact clock: how many frames there are in a time depends on the machine.
-        if (!is_exact) playback->warm_up(*next, kWarmUp_s);
-        return next;
-    });
-    playback->begin_scene(built.get(), at);
+// On a thread of its own, because the engine's threads inherit its priority.
+std::shared_ptr<BuiltRoom> Auralizer::State::build_next(const Scene& scene,
+                                                        BuiltRoom::Sources sources,
+                                                        AuralizerOptions next) const {
+    next.clock = options.clock;
+    if (sources == BuiltRoom::Sources::of_scene) next = checked(std::move(next), scene);
+    const std::shared_ptr<const BuiltRoom> present = playback->present();
+    return std::async(std::launch::async,
+                      [&] {
+                          prepare_thread(next, scene.simulation);
+                          return std::make_shared<BuiltRoom>(
+                              scene, sources, next, block_of(next),
+                              next.hrtf == present->hrtf_file ? present->computer.hrtf() : nullptr);
+                      })
+        .get();
 }
 
 void Auralizer::State::begin() {
@@ -120,7 +123,14 @@ Auralizer::Auralizer(const Scene& scene, std::unique_ptr<State> state) : state_(
 // object.
 Auralizer::~Auralizer() { state_->end(); }
 
-void Auralizer::set_scene(const Scene& scene, std::int64_t at) { state_->set_scene(scene, at); }
+void Auralizer::set_scene(const Scene& scene, std::int64_t at) {
+    const std::lock_guard lock(state_->scene_mutex);
+    auto next = state_->build_next(scene, BuiltRoom::Sources::of_room_before, state_->options);
+    // Not on the exact clock: how many frames there are in a time depends on the machine.
+    if (state_->options.clock == RenderClock::real_time)
+        next->computer.warm_up(state_->playback->state_in(*next), kWarmUp_s);
+    state_->playback->begin_scene(std::move(next), at);
+}
 
 std::shared_ptr<const Scene> Auralizer::scene() const {
     const std::shared_ptr<const BuiltRoom> room = state_->playback->scene_at(kNow);

@@ -12,14 +12,16 @@ namespace aula {
 
 /// The playback and the propagation thread, which builds it and computes its frames.
 struct Auralizer::State {
-    /// `hrtf`: that of the options, or null to read it. Throws InputError for wrong options.
-    State(const Scene& scene, AuralizerOptions options, std::shared_ptr<const Hrtf> hrtf = nullptr);
+    /// Throws InputError for wrong options.
+    State(const Scene& scene, AuralizerOptions options);
 
     /// Builds the playback of a scene. [propagation thread]
     void build(const Scene& scene);
 
-    /// Builds another scene and lets it begin.
-    void set_scene(const Scene& scene, std::int64_t at);
+    /// Builds another scene, on the clock of this auralizer, with the HRTF of the present scene if
+    /// the options have the same.
+    std::shared_ptr<BuiltRoom> build_next(const Scene& scene, BuiltRoom::Sources sources,
+                                          AuralizerOptions next) const;
 
     /// Starts the frames.
     void begin();
@@ -31,8 +33,7 @@ struct Auralizer::State {
     std::shared_ptr<const BuiltRoom> scene_with(std::size_t object, std::int64_t at) const;
 
     const AuralizerOptions options;
-    const std::shared_ptr<const Hrtf> hrtf;
-    std::mutex scene_mutex;  ///< one scene is built at a time
+    std::mutex scene_mutex;  ///< set_scene() builds one scene at a time
     std::unique_ptr<RoomPlayback> playback;
     std::promise<void> built;    ///< the playback, or the error that prevents it
     std::promise<bool> started;  ///< whether frames are requested

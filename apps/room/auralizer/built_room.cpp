@@ -43,9 +43,12 @@ std::optional<int> rays_of(const Scene& scene, const AuralizerOptions& options) 
 
 }  // namespace
 
-BuiltRoom::BuiltRoom(const Scene& scene_in, Sources sources, const AuralizerOptions& options,
+BuiltRoom::BuiltRoom(const Scene& scene_in, Sources sources_in, const AuralizerOptions& options,
                      int block, std::shared_ptr<const Hrtf> hrtf)
     : scene(scene_in),
+      sources(sources_in),
+      max_sources(options.max_sources),
+      hrtf_file(options.hrtf),
       rate_hz(options.sample_rate_hz),
       rays(rays_of(scene, options)),
       headphones(headphones_for(options)),

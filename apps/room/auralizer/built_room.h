@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -28,10 +30,16 @@ struct BuiltRoom {
     /// How long the headphone filter rings after a sample, s.
     double headphones_s() const;
 
+    /// See Auralizer::heard_length_s().
+    double heard_length_s() const { return computer.response_length_s() + headphones_s(); }
+
     /// How long sources are audible after their signals have ended, samples.
     std::int64_t tail_samples(double longest_delay_s) const;
 
     const Scene scene;
+    const Sources sources;
+    const std::size_t max_sources;
+    const std::filesystem::path hrtf_file;
     const double rate_hz;
     const std::optional<int> rays;  ///< of the frames until Auralizer::set_rays(); none: by quality
     const std::shared_ptr<const HeadphoneFilter> headphones;  ///< null: none

@@ -38,7 +38,9 @@ ExactPlayback::ExactPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOp
       block_outputs_(options.listeners * channel_count(options.output), std::vector<float>(kBlock)),
       block_pointers_(block_outputs_.size()),
       used_frames_(options.listeners),
-      used_by_(&newest()) {}
+      used_by_(&newest()) {
+    exchange_.advance();
+}
 
 void ExactPlayback::commit(std::int64_t until) {
     {

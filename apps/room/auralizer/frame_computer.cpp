@@ -27,7 +27,8 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     std::vector<SourceVisibility> visibilities;
     {
         const std::lock_guard computing(maker_mutex_);
-        change_materials(room);
+        for (const auto& [object, material] : room.materials)
+            maker_->set_object_material(object, material);
         maker_->fill(room.state, frames);
         for (const SourceState& source : room.state.sources) {
             if (source.removed_at) continue;
@@ -50,17 +51,6 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     status_.frame_worst_ms = std::max(status_.frame_worst_ms, took_ms);
     status_.rays = maker_->rays();
     status_.memory_bytes = maker_->statistics().memory_bytes;
-}
-
-void FrameComputer::change_materials(const FrameRoom& room) {
-    for (const auto& [object, material] : room.materials)
-        maker_->set_object_material(object, material);
-}
-
-void FrameComputer::warm_up(const FrameRoom& room, double longest_s) {
-    const std::lock_guard computing(maker_mutex_);
-    change_materials(room);
-    maker_->warm_up(room.state, longest_s);
 }
 
 void FrameComputer::continue_counts(const FrameComputer& before) {

@@ -57,8 +57,8 @@ class FrameComputer {
     /// Removes the sources of the scene. Before the first frame.
     void remove_sources() { maker_->take_sources({}); }
 
-    /// See FrameMaker::warm_up(). [propagation thread]
-    void warm_up(const FrameRoom& room, double longest_s);
+    /// See FrameMaker::warm_up(). Before the first frame.
+    void warm_up(const RoomState& state, double longest_s) { maker_->warm_up(state, longest_s); }
 
     /// The object that computes the frames. [propagation thread]
     const FrameMaker& maker() const { return *maker_; }
@@ -86,8 +86,6 @@ class FrameComputer {
         SourceId source;
         std::vector<char> visible;  ///< [listener]
     };
-
-    void change_materials(const FrameRoom& room);
 
     std::shared_ptr<const Hrtf> hrtf_;
     mutable std::mutex maker_mutex_;   ///< locked while a frame is computed

@@ -7,56 +7,64 @@
 
 #include "apps/room/auralizer/real_time_playback.h"
 #include "apps/room/frames/frame_maker.h"
-#include "audio/spatial/hrtf.h"
 #include "aula/auralizer.h"
 
 namespace aula {
 
 /// An Auralizer on the real-time clock for live playback, which starts and ends its frames, follows
-/// them, and reuses an HRTF.
+/// them, and plays signals of its own. Its scenes are exchanged with their sources.
 class LiveAuralizer {
  public:
-    /// Functions that the propagation thread calls.
-    struct Hooks {
-        /// Time of the sound that the frames follow, in s.
-        std::function<double()> played_s;
-        /// See AuralizerOptions::before_frame.
-        std::function<void(double time_s)> before_frame;
-        /// After a frame, with the time until it is due.
-        std::function<void(const FrameMaker& maker, double spare_s)> after_frame;
-    };
+    using Hooks = RealTimePlayback::Hooks;
 
-    /// Builds the engine and the renderer; the clock of the options is ignored. `hrtf`: that of the
-    /// options, or null to read it if the output needs it.
-    LiveAuralizer(const Scene& scene, AuralizerOptions options, std::shared_ptr<const Hrtf> hrtf);
+    /// Builds the engine and the renderer; the clock of the options is ignored.
+    LiveAuralizer(const Scene& scene, AuralizerOptions options);
 
     Auralizer& room() noexcept { return room_; }
     const Auralizer& room() const noexcept { return room_; }
 
-    /// Fills the caches for the present room, for at most about `longest_s`. [before start()]
-    void warm_up(double longest_s);
+    /// What is built for the first scene. [before start()]
+    std::shared_ptr<BuiltRoom> first() { return playback_.first(); }
+
+    /// Sets the sample time of the first sample. [before start()]
+    void begin_at(std::int64_t sample) { playback_.begin_at(sample); }
 
     /// Computes the frame of a time and hands it over. Returns the object that computed it. Poses
     /// set before start() do not count for latencies. [before start()]
-    const FrameMaker& compute_first(double time_s);
+    const FrameMaker& compute_first(double time_s) { return playback_.compute_first(time_s); }
 
-    /// Starts to compute frames.
-    void start(Hooks hooks);
+    /// Starts to compute frames. `before_frame`: see AuralizerOptions.
+    void start(std::function<void(double time_s)> before_frame, Hooks hooks);
 
     /// Ends the frames and frees the engine. The newest responses remain audible.
     void stop();
 
-    /// Turns the head only, also after stop(). [any thread]
-    void turn_head(const Pose& pose) { playback_.turn_head_now(0, pose); }
+    /// Builds another scene with its sources. The output is that of the present one, except HRTF
+    /// and headphones. Throws InputError. [any thread]
+    std::shared_ptr<BuiltRoom> build(const Scene& scene, const AuralizerOptions& options) const;
 
-    /// As Auralizer::render(). [audio thread, wait-free]
+    /// Exchanges the scene: the next frame is the first one of `next`. Returns the number of the
+    /// scene; the first one has 0. [any thread]
+    std::uint64_t begin(std::shared_ptr<BuiltRoom> next);
+
+    /// See RealTimePlayback::wait_for(). [any thread]
+    void wait_for(std::uint64_t scene) { playback_.wait_for(scene); }
+
+    /// Sets poses and gains of all sources, objects, gains of parts and rays of a scene, given by
+    /// its number, from the next frame on. [any thread]
+    void set_state(std::uint64_t scene, RoomState state);
+
+    /// As Auralizer::render(); a scene with signals does not use the inputs. [audio thread,
+    /// wait-free]
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
                 int samples) noexcept AULA_NONBLOCKING {
         playback_.render(inputs, outputs, samples);
     }
 
-    /// As Auralizer::tail_samples(). [audio thread]
-    std::int64_t tail_samples() const noexcept AULA_NONBLOCKING { return playback_.tail_samples(); }
+    /// Sample time: of the next sample. [any thread]
+    std::int64_t rendered_samples() const noexcept AULA_NONBLOCKING {
+        return playback_.rendered_samples();
+    }
 
     /// When the pose of the newest frame, and the newest pose of the head, was set (clock_ns()); 0
     /// if its latency does not count. [audio thread]

@@ -59,6 +59,15 @@ void RealTimePlayback::take_scene(SoundingRoom& next) {
     sounding_.push_back(&next);
 }
 
+/// The first frame of the present scene has been handed over.
+void RealTimePlayback::note_scene() {
+    {
+        const std::lock_guard lock(mutex_);
+        heard_scene_ = scene_number();
+    }
+    changed_.notify_all();
+}
+
 /// Frees the rooms that have rung out.
 void RealTimePlayback::free_rooms() {
     while (const auto room = rooms_.reclaim()) {
@@ -75,11 +84,6 @@ void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
         frame_heads_[listener].reset();  // the new pose is newer
         publish_head(listener, pose);
     }
-}
-
-void RealTimePlayback::turn_head_now(std::size_t listener, const Pose& pose) {
-    const std::lock_guard lock(mutex_);
-    turn_head(listener, pose, {});
 }
 
 void RealTimePlayback::publish_head(std::size_t listener, const Pose& pose) {
@@ -99,7 +103,7 @@ std::int64_t RealTimePlayback::pose_ns() const {
 }
 
 double RealTimePlayback::played_s() const {
-    return sound_time_s_ ? sound_time_s_() : static_cast<double>(rendered_.load()) / rate_hz_;
+    return hooks_.played_s ? hooks_.played_s() : static_cast<double>(rendered_.load()) / rate_hz_;
 }
 
 /// False at the end, and if another scene is to begin.
@@ -131,19 +135,14 @@ ListenerFrames RealTimePlayback::compute(double time_s) {
     return frames;
 }
 
-void RealTimePlayback::warm_up(double longest_s) {
-    computer().warm_up(take_changes(kAll, 0, 0), longest_s);
-}
-
 const FrameMaker& RealTimePlayback::compute_first(double time_s) {
     publish(compute(time_s));
     return computer().maker();
 }
 
-void RealTimePlayback::follow(std::function<double()> played_s,
-                              std::function<void(const FrameMaker&, double)> after_frame) {
-    sound_time_s_ = std::move(played_s);
-    after_frame_ = std::move(after_frame);
+void RealTimePlayback::wait_for(std::uint64_t scene) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return stop_ || failure_ || heard_scene_ >= scene; });
 }
 
 void RealTimePlayback::compute_frames(Auralizer& auralizer) {
@@ -153,12 +152,16 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
     bool is_first = computer().status().frames == 0;
     for (;;) {
         double earliest_s = 0;
+        const bool replaces = is_first && computer().status().frames > 0;
         if (is_first) {
+            if (replaces && hooks_.scene_begins) hooks_.scene_begins();
             const double time_s = played_s();
             frame_due_ns_ = clock_ns();
             call_before_frame(auralizer, rendered_.load(), time_s);
             compute_first(time_s);
+            if (replaces && hooks_.scene_has_begun) hooks_.scene_has_begun(computer().maker());
             earliest_s = time_s + kMinStep_s;
+            note_scene();
         }
         lower_priority(kPropagationNice);
         FrameClock clock(Clock::now(), std::max(played_s(), earliest_s));
@@ -187,9 +190,9 @@ double RealTimePlayback::compute_frame(FrameClock& clock) {
     const auto begin = Clock::now();
     computed_ = compute(clock.time_s());
     const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
-    if (after_frame_)
-        after_frame_(computer().maker(),
-                     std::chrono::duration<double>(clock.end() - Clock::now()).count());
+    if (hooks_.after_frame)
+        hooks_.after_frame(computer().maker(),
+                           std::chrono::duration<double>(clock.end() - Clock::now()).count());
     clock.follow(played_s(), Clock::now());
     return took_s;
 }
@@ -235,7 +238,12 @@ void RealTimePlayback::render(std::span<const SourceSignal> inputs, std::span<fl
             done += left;
             continue;
         }
-        exchange_.advance();
+        exchange_.advance([this](SoundingRoom& next) noexcept AULA_NONBLOCKING {
+            const SoundingRoom* const before = exchange_.playing();
+            if (!next.signals) return before != nullptr;
+            return next.signals->begin(rendered_samples(),
+                                       before != nullptr ? before->signals.get() : nullptr);
+        });
         exchange_.for_each([this](SoundingRoom& room) { take_commands(room); });
         for (std::size_t c = 0; c < outputs.size(); ++c) part_outputs_[c] = outputs[c] + done;
         const std::span<const float> weights = pause_.weights(part);

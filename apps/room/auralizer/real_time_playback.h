@@ -23,21 +23,39 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
                 int samples) noexcept AULA_NONBLOCKING override;
 
+    /// Functions that follow the frames; empty ones are not called. [propagation thread]
+    struct Hooks {
+        /// Time of the sound that the frames follow, in s; empty: the rendered time.
+        std::function<double()> played_s{};
+        /// After a frame, with the time until it is due, except the first frame of a scene.
+        std::function<void(const FrameMaker& maker, double spare_s)> after_frame{};
+        /// Before and after the first frame of a scene that replaces another one.
+        std::function<void()> scene_begins{};
+        std::function<void(const FrameMaker& maker)> scene_has_begun{};
+    };
+
     // See LiveAuralizer. [before the frames start]
-    void warm_up(double longest_s);
+    void begin_at(std::int64_t sample) { rendered_ = sample; }
+    std::shared_ptr<BuiltRoom> first() { return newest_room(); }
     const FrameMaker& compute_first(double time_s);
-    void follow(std::function<double()> played_s,
-                std::function<void(const FrameMaker&, double)> after_frame);
+    void set_hooks(Hooks hooks) { hooks_ = std::move(hooks); }
+
+    /// Waits until the first frame of a scene, given by its number, or of a later one has been
+    /// handed over, or no frame follows. [not the propagation thread]
+    void wait_for(std::uint64_t scene);
 
     /// Frees the engine. [after the frames have ended]
     void free_engine() { computer().end(); }
 
-    /// Turns a listener's head only. [any thread]
-    void turn_head_now(std::size_t listener, const Pose& pose);
+    // See LiveAuralizer. [any thread]
+    std::int64_t rendered_samples() const noexcept AULA_NONBLOCKING {
+        return rendered_.load(std::memory_order_relaxed);
+    }
 
     // See LiveAuralizer. [rendering thread]
     std::int64_t frame_pose_ns() const noexcept AULA_NONBLOCKING {
-        return exchange_.playing()->renderer.newest_stamp(0);
+        const SoundingRoom* const room = exchange_.playing();
+        return room != nullptr ? room->renderer.newest_stamp(0) : 0;
     }
     std::int64_t head_pose_ns() const noexcept AULA_NONBLOCKING { return head_pose_ns_; }
 
@@ -54,6 +72,7 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     void take_scene(SoundingRoom& next) override;
     static void publish_routes(SoundingRoom& room);
     void free_rooms();
+    void note_scene();
 
     bool wait_until(Clock::time_point time) override;
     bool publish_frame(FrameClock& clock) override;
@@ -67,8 +86,7 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     void take_commands(SoundingRoom& room) noexcept AULA_NONBLOCKING;
 
     // Used by the propagation thread.
-    std::function<double()> sound_time_s_;  ///< that frames follow; empty: the rendered time
-    std::function<void(const FrameMaker&, double spare_s)> after_frame_;
+    Hooks hooks_;
     std::int64_t frame_due_ns_ = 0;  ///< due time of the present frame
     Auralizer* auralizer_ = nullptr;
     ListenerFrames computed_;  ///< not yet published; empty: none
@@ -81,6 +99,7 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     // Guarded by the mutex.
     bool running_ = false;                          ///< frames are computed at their times
     bool scene_waits_ = false;                      ///< another scene is to begin
+    std::uint64_t heard_scene_ = 0;                 ///< number of the newest that has begun
     std::vector<SoundingRoom*> sounding_;           ///< all that sound or are to; the newest last
     SoundingRoom* unpublished_ = nullptr;           ///< the newest, until it is published
     std::vector<std::optional<Pose>> frame_heads_;  ///< [listener] poses for the next frame

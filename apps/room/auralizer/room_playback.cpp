@@ -10,17 +10,24 @@ namespace aula {
 
 namespace {
 
-/// Another scene replaces the present one: sources, listeners, gains of parts and the share of the
-/// frame period stay. Objects and materials are those of the scene.
-void begin(FrameRoom& room, std::shared_ptr<BuiltRoom> next, std::uint64_t number) {
-    room.slots = next->sounding->slots;
-    std::erase_if(room.state.sources,
+/// Another scene replaces the present one: listeners, gains of parts and the share of the frame
+/// period stay, and the sources, unless the scene has others. Objects and materials are those of
+/// the scene.
+RoomState state_in_scene(RoomState state, const BuiltRoom& next) {
+    if (next.sources == BuiltRoom::Sources::of_scene)
+        state.sources = room_state(next.scene, 0).sources;
+    std::erase_if(state.sources,
                   [](const SourceState& source) { return source.removed_at.has_value(); });
+    state.objects.clear();
+    for (const Object& object : next.scene.objects) state.objects.push_back(object.transform_at(0));
+    state.rays = next.rays;
+    return state;
+}
+
+void begin(FrameRoom& room, std::shared_ptr<BuiltRoom> next, std::uint64_t number) {
+    room.state = state_in_scene(std::move(room.state), *next);
+    room.slots = SourceSlots(next->computer.config().sources);
     for (SourceState& source : room.state.sources) source.slot = room.slots.begin({source.id});
-    room.state.objects.clear();
-    for (const Object& object : next->scene.objects)
-        room.state.objects.push_back(object.transform_at(0));
-    room.state.rays = next->rays;
     room.materials.clear();
     room.built = std::move(next);
     room.scene = number;
@@ -50,7 +57,6 @@ RoomPlayback::RoomPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOpti
     scenes_.push_back({{kNow}, 0, present_});
     newest().begin(room_.slots, room_.state.listeners);
     rooms_.publish(std::move(present_->made));
-    exchange_.advance();
 }
 
 void RoomPlayback::run(Auralizer& auralizer) {
@@ -144,28 +150,32 @@ void RoomPlayback::change_room(std::int64_t at, std::function<void(FrameRoom&)> 
     changes_.add(time_of(at), std::move(change));
 }
 
-void RoomPlayback::change_scene(std::int64_t at, std::function<void(FrameRoom&)> change) {
+void RoomPlayback::change_scene(std::int64_t at, std::function<void(FrameRoom&)> change,
+                                std::optional<std::uint64_t> number) {
     const std::lock_guard lock(mutex_);
     if (failure_) return;
     const ChangeTime time = time_of(at);
-    changes_.add(time,
-                 [number = scene_of(time).number, change = std::move(change)](FrameRoom& room) {
-                     if (room.scene == number) change(room);
-                 });
+    changes_.add(time, [scene = number.value_or(scene_of(time).number),
+                        change = std::move(change)](FrameRoom& room) {
+        if (room.scene == scene) change(room);
+    });
 }
 
-void RoomPlayback::begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at) {
+std::uint64_t RoomPlayback::begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at) {
     const std::lock_guard lock(mutex_);
-    if (failure_) return;
-    const ChangeTime time = time_of(at);
     const std::uint64_t number = ++last_scene_;
+    if (failure_) return number;
+    const ChangeTime time = time_of(at);
+    if (next->sources == BuiltRoom::Sources::of_scene)
+        sources_.restart(next->scene.sources.size(), next->max_sources);
     const auto later = std::upper_bound(
         scenes_.begin(), scenes_.end(), time,
-        [](const ChangeTime& added, const SceneTime& s) { return added < s.begin; });
+        [](const ChangeTime& added, const SceneTime& scene) { return added < scene.begin; });
     scenes_.insert(later, {time, number, next});
     changes_.add(time,
                  [next = std::move(next), number](FrameRoom& room) { begin(room, next, number); });
     announce_scene();
+    return number;
 }
 
 /// The mutex is locked.
@@ -186,17 +196,9 @@ std::shared_ptr<const BuiltRoom> RoomPlayback::present() const {
     return present_;
 }
 
-void RoomPlayback::warm_up(BuiltRoom& next, double longest_s) const {
-    FrameRoom room{.state = {}, .slots = SourceSlots(0)};
-    {
-        const std::lock_guard lock(mutex_);
-        room.state = room_.state;
-    }
-    room.state.objects.clear();
-    room.state.rays = next.rays;
-    std::erase_if(room.state.sources,
-                  [](const SourceState& source) { return source.removed_at.has_value(); });
-    next.computer.warm_up(room, longest_s);
+RoomState RoomPlayback::state_in(const BuiltRoom& next) const {
+    const std::lock_guard lock(mutex_);
+    return state_in_scene(room_.state, next);
 }
 
 AuralizerStatus RoomPlayback::status() const {
@@ -277,6 +279,7 @@ void RoomPlayback::render_rooms(std::span<const SourceSignal> inputs, int offset
     exchange_.render(samples, [&](SoundingRoom& room, std::span<float> input_weights,
                                   std::span<const float> output_weights) {
         const bool plays = &room == exchange_.playing();
+        const std::int64_t sample = rendered_.load(std::memory_order_relaxed);
         std::span<const float> given = weights;
         if (!input_weights.empty()) {
             std::copy(input_weights.begin(), input_weights.end(), room_weights_.begin());
@@ -284,7 +287,12 @@ void RoomPlayback::render_rooms(std::span<const SourceSignal> inputs, int offset
             given = std::span(room_weights_).first(input_weights.size());
         }
         const std::span<float* const> heard = plays ? outputs : room_pointers_;
-        room.renderer.render(inputs, offset, given, heard, samples);
+        if (room.signals) {
+            room.renderer.render(room.signals->read(sample, samples), 0, given, heard, samples);
+            room.signals->end(sample, heard, samples);
+        } else {
+            room.renderer.render(inputs, offset, given, heard, samples);
+        }
         if (const std::int64_t muted = room.renderer.take_muted(); muted > 0)
             muted_.fetch_add(muted, std::memory_order_relaxed);
         if (plays) return;

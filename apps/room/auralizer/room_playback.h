@@ -46,10 +46,12 @@ class RoomPlayback {
     void change_source(SourceId source, std::int64_t at, std::function<void(SourceState&)> change);
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at);
     void change_room(std::int64_t at, std::function<void(FrameRoom&)> change);
-    /// A change that belongs to the scene of its time: without effect in a later one.
-    void change_scene(std::int64_t at, std::function<void(FrameRoom&)> change);
-    /// Exchanges the scene from the first frame at or after a time on.
-    void begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at);
+    /// A change that belongs to the scene of its time, or to one that is given by its number:
+    /// without effect in another one.
+    void change_scene(std::int64_t at, std::function<void(FrameRoom&)> change,
+                      std::optional<std::uint64_t> number = {});
+    /// Exchanges the scene from the first frame at or after a time on. Returns its number.
+    std::uint64_t begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at);
     void set_paused(bool paused) { pause_.set_paused(paused); }
     virtual void commit(std::int64_t /*until*/) {}
     AuralizerStatus status() const;
@@ -57,9 +59,8 @@ class RoomPlayback {
     std::shared_ptr<const BuiltRoom> scene_at(std::int64_t at) const;
     /// That of the newest frame.
     std::shared_ptr<const BuiltRoom> present() const;
-    /// Fills the caches of a scene that is to begin for the present room, for at most about
-    /// `longest_s`.
-    void warm_up(BuiltRoom& next, double longest_s) const;
+    /// The present room as another scene has it before its first frame.
+    RoomState state_in(const BuiltRoom& next) const;
     std::int64_t tail_samples() const {
         return std::max(tail_samples_.load(), exchange_.ring_samples());
     }
@@ -93,6 +94,8 @@ class RoomPlayback {
 
     // Of the newest frame, or the next one once its changes have been taken.
     BuiltRoom& built() { return *present_; }
+    std::shared_ptr<BuiltRoom> newest_room() { return present_; }
+    std::uint64_t scene_number() const { return room_.scene; }
     FrameComputer& computer() { return present_->computer; }
     SoundingRoom& newest() { return *present_->sounding; }
 

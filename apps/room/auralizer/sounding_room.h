@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "apps/room/auralizer/room_renderer.h"
@@ -17,6 +18,25 @@ namespace aula {
 struct HeadPose {
     Pose pose;
     std::int64_t set_ns = 0;
+};
+
+/// Signals that a room plays in place of the inputs of render(), with the sample time of the
+/// auralizer. [rendering thread]
+class RoomSignals {
+ public:
+    virtual ~RoomSignals() = default;
+
+    /// The room begins to play, after one with signals or null. Returns whether its input fades in.
+    virtual bool begin(std::int64_t sample,
+                       const RoomSignals* before) noexcept AULA_NONBLOCKING = 0;
+
+    /// The signals of the next samples.
+    virtual std::span<const SourceSignal> read(std::int64_t sample,
+                                               int samples) noexcept AULA_NONBLOCKING = 0;
+
+    /// Ends the sound of the room at the end of the playback.
+    virtual void end(std::int64_t sample, std::span<float* const> outputs,
+                     int samples) const noexcept AULA_NONBLOCKING = 0;
 };
 
 /// The renderers of a scene of an auralizer with what they are told. Until it sounds any thread may
@@ -48,8 +68,9 @@ struct SoundingRoom {
     }
 
     RoomRenderer renderer;
-    SourceSlots slots;                   ///< the assignment that the renderer has been told, or is
-    std::atomic<std::int64_t> tail = 0;  ///< tail_samples() with the newest frame
+    SourceSlots slots;  ///< the assignment that the renderer has been told, or is
+    std::unique_ptr<RoomSignals> signals;  ///< null: the inputs of render()
+    std::atomic<std::int64_t> tail = 0;    ///< tail_samples() with the newest frame
 
     // On the real-time clock.
     Mailbox<std::vector<SourceId>> routes{1};               ///< [slot]

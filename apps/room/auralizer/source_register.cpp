@@ -30,6 +30,14 @@ SourceId SourceRegister::add(const ChangeTime& begin) {
     return source;
 }
 
+void SourceRegister::restart(std::size_t sources, std::size_t max_sources) {
+    entries_.clear();
+    max_sources_ = max_sources;
+    for (std::uint64_t number = 1; number <= sources; ++number)
+        entries_.push_back({{number}, {}, {}});
+    last_number_ = std::max<std::uint64_t>(last_number_, sources);
+}
+
 std::optional<ChangeTime> SourceRegister::remove(SourceId source, const ChangeTime& end) {
     const auto entry = std::find_if(entries_.begin(), entries_.end(),
                                     [&](const Entry& e) { return e.source == source && !e.end; });

@@ -19,6 +19,9 @@ class SourceRegister {
     /// timing of threads. Throws InputError if more than the most sources would be present.
     SourceId add(const ChangeTime& begin);
 
+    /// All sources are the first ones, from 1 on, of another scene.
+    void restart(std::size_t sources, std::size_t max_sources);
+
     /// Removes a source, after it has begun. Returns when it ends; empty if it was not present.
     std::optional<ChangeTime> remove(SourceId source, const ChangeTime& end);
 

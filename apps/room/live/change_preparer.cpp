@@ -70,14 +70,6 @@ void ChangePreparer::set_begun() {
     error_.clear();
 }
 
-void ChangePreparer::retire(std::unique_ptr<ScenePlayback> playback) {
-    {
-        const std::lock_guard lock(mutex_);
-        retired_.push_back(std::move(playback));
-    }
-    wakeup_.notify_all();
-}
-
 ChangePreparer::Status ChangePreparer::status() const {
     const std::lock_guard lock(mutex_);
     return {!idle(), failed_, error_};
@@ -91,8 +83,7 @@ bool ChangePreparer::make(const Change& change) {
     if (change.starts_anew || other_rate) before.sources.clear();
     auto prepared =
         std::make_unique<PreparedScene>(change.scene, change.options, change.starts_anew, before);
-    hooks_.apply_controls(*prepared);
-    prepared->auralizer.warm_up(kWarmUp_s);
+    prepared->built->computer.warm_up(hooks_.state(*prepared), kWarmUp_s);
     {
         const std::lock_guard lock(mutex_);
         if (stop_) return true;
@@ -104,26 +95,23 @@ bool ChangePreparer::make(const Change& change) {
 void ChangePreparer::run() {
     std::unique_lock lock(mutex_);
     for (;;) {
-        wakeup_.wait(lock, [this] { return stop_ || requested_ || !retired_.empty(); });
+        wakeup_.wait(lock, [this] { return stop_ || requested_; });
         if (stop_) return;
-        auto unused = std::exchange(retired_, {});
-        std::optional<Change> change = std::exchange(requested_, {});
-        preparing_ = change.has_value();
-        preparing_anew_ = change && change->starts_anew;
+        Change change = *std::exchange(requested_, {});
+        preparing_ = true;
+        preparing_anew_ = change.starts_anew;
         lock.unlock();
-        unused.clear();
         std::string error;
         bool made = true;
         try {
-            if (change) made = make(*change);
+            made = make(change);
         } catch (const std::exception& thrown) {
             error = thrown.what();
         }
         lock.lock();
-        if (!change) continue;
         preparing_ = preparing_anew_ = false;
         if (!made && !requested_) {
-            change->options.sample_rate_hz = rate_hz_;
+            change.options.sample_rate_hz = rate_hz_;
             requested_ = std::move(change);
         }
         if (error.empty()) continue;

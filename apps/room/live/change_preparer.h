@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "apps/room/frames/play_controls.h"
 #include "apps/room/live/prepared_scene.h"
@@ -16,7 +15,7 @@
 namespace aula {
 
 /// Prepares the next playback on a separate thread during playback. Of several requests the newest
-/// is prepared. The thread also destroys playbacks that are no longer used.
+/// is prepared.
 class ChangePreparer {
  public:
     struct Status {
@@ -29,8 +28,8 @@ class ChangePreparer {
     struct Hooks {
         /// Data of the present playback.
         std::function<Reusable()> reusable;
-        /// Gives a prepared scene the present controls.
-        std::function<void(PreparedScene&)> apply_controls;
+        /// The state in which a prepared scene would begin now.
+        std::function<RoomState(const PreparedScene&)> state;
         /// Begins to play a prepared change, and calls set_begun() when it has begun. Returns false
         /// if the change has to be prepared again, for another sample rate.
         std::function<bool(std::unique_ptr<PreparedScene>, std::uint64_t number)> begin;
@@ -56,9 +55,6 @@ class ChangePreparer {
     /// Notes that the change in preparation has begun: later requests continue it. [the thread, in
     /// Hooks::begin]
     void set_begun();
-
-    /// Destroys a playback on the thread. [any thread]
-    void retire(std::unique_ptr<ScenePlayback> playback);
 
     /// Ends the thread; no change begins afterwards. [the owner's thread]
     void stop();
@@ -88,7 +84,6 @@ class ChangePreparer {
     std::uint64_t last_number_ = 0;
     std::uint64_t failed_ = 0;
     std::string error_;
-    std::vector<std::unique_ptr<ScenePlayback>> retired_;
     std::thread thread_;  ///< started last
 };
 

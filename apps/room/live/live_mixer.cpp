@@ -9,7 +9,7 @@ namespace aula {
 namespace {
 
 /// Duration of the fade between signals, as between rooms.
-constexpr double kSignalFade_s = RoomExchange<ScenePlayback>::kFade_s;
+constexpr double kSignalFade_s = RoomExchange<SoundingRoom>::kFade_s;
 
 /// Fade-in of a signal that begins abruptly.
 constexpr double kOnsetFade_s = 0.02;
@@ -30,10 +30,9 @@ float largest(std::span<float* const> channels, int samples) noexcept AULA_NONBL
 
 }  // namespace
 
-ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
-                             const Timeline& timeline, int block, std::uint64_t start)
-    : auralizer_(std::move(auralizer)),
-      rate_hz_(auralizer_->room().sample_rate_hz()),
+ScenePlayback::ScenePlayback(SignalSet signals, const Timeline& timeline, double sample_rate_hz,
+                             int block, std::uint64_t start)
+    : rate_hz_(sample_rate_hz),
       timeline_(timeline),
       start_{.number = start},
       first_signals_(std::make_unique<SignalSet>(std::move(signals))),
@@ -41,13 +40,9 @@ ScenePlayback::ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet
       signal_fade_(to_samples(kSignalFade_s, rate_hz_)),
       onset_fade_(to_samples(kOnsetFade_s, rate_hz_)),
       inputs_(first_signals_->size(), std::vector<float>(static_cast<std::size_t>(block))),
-      outputs_(auralizer_->room().output_channels(),
-               std::vector<float>(static_cast<std::size_t>(block))),
       scratch_(static_cast<std::size_t>(block)) {
-    const std::vector<SourceId> sources = auralizer_->room().sources();
     for (std::size_t s = 0; s < inputs_.size(); ++s)
-        source_signals_.push_back({sources[s], inputs_[s].data()});
-    for (auto& output : outputs_) output_pointers_.push_back(output.data());
+        source_signals_.push_back({{s + 1}, inputs_[s].data()});
 }
 
 ScenePlayback::~ScenePlayback() {
@@ -55,20 +50,20 @@ ScenePlayback::~ScenePlayback() {
         if (signals != nullptr && signals != first_signals_.get()) next_signals_.give_back(signals);
 }
 
-/// `before`: the start of the previous playback. A playback in between with the same start may have
-/// been replaced in the mailbox. Returns whether the input fades in.
-bool ScenePlayback::begin(std::int64_t position, const SignalStart& before) noexcept {
-    start_.zero = start_.number == before.number ? before.zero : position;
-    if (position != start_.zero) return true;
+/// A scene in between with the same start may have been replaced before it sounded.
+bool ScenePlayback::begin(std::int64_t sample, const RoomSignals* before) noexcept {
+    const SignalStart& previous =
+        before != nullptr ? static_cast<const ScenePlayback*>(before)->start_ : before_;
+    start_.zero = start_.number == previous.number ? previous.zero : sample;
+    if (sample != start_.zero) return true;
     onset_fade_.start();
     return false;
 }
 
-/// The signals with exchanges, the end by the timeline and the playback's present fade.
-void ScenePlayback::read_inputs(std::int64_t position, std::span<const float> weights,
-                                int samples) noexcept {
+/// The signals with exchanges and the end by the timeline.
+std::span<const SourceSignal> ScenePlayback::read(std::int64_t sample, int samples) noexcept {
     const auto count = static_cast<std::size_t>(samples);
-    const std::int64_t first = position - start_.zero;
+    const std::int64_t first = sample - start_.zero;
     if (fading_signals_ == nullptr) {
         if (SignalSet* next = next_signals_.take()) {
             fading_signals_ = std::exchange(signals_, next);
@@ -77,51 +72,39 @@ void ScenePlayback::read_inputs(std::int64_t position, std::span<const float> we
     }
     for (std::size_t s = 0; s < inputs_.size(); ++s) {
         const std::span<float> input(inputs_[s].data(), count);
-        (*signals_)[s]->read(first, position, input);
+        (*signals_)[s]->read(first, sample, input);
         if (fading_signals_ != nullptr) {
             const std::span<float> old(scratch_.data(), count);
-            (*fading_signals_)[s]->read(first, position, old);
+            (*fading_signals_)[s]->read(first, sample, old);
             signal_fade_.cross(old, input);
         }
         if (!onset_fade_.done() && (*signals_)[s]->begins_abruptly()) onset_fade_.fade_in(input);
         timeline_.fade(first, rate_hz_, input);
-        apply_weights(weights, input.data());
     }
     for (Fade* fade : {&onset_fade_, &signal_fade_}) fade->advance(count);
     if (fading_signals_ != nullptr && signal_fade_.done()) {
         if (fading_signals_ != first_signals_.get()) next_signals_.give_back(fading_signals_);
         fading_signals_ = nullptr;
     }
+    return source_signals_;
 }
 
-/// Adds the playback's sound to the sum.
-void ScenePlayback::render(std::int64_t position, std::span<const float> input_weights,
-                           std::span<const float> output_weights, std::span<float* const> sum,
-                           int samples) noexcept {
-    read_inputs(position, input_weights, samples);
-    auralizer_->render(source_signals_, output_pointers_, samples);
-    const auto count = static_cast<std::size_t>(samples);
-    for (std::size_t c = 0; c < sum.size(); ++c) {
-        const std::span<float> output = std::span(outputs_[c]).first(count);
-        timeline_.end(position - start_.zero, rate_hz_, output);
-        apply_weights(output_weights, output.data());
-        for (std::size_t i = 0; i < count; ++i) sum[c][i] += output[i];
-    }
+void ScenePlayback::end(std::int64_t sample, std::span<float* const> outputs,
+                        int samples) const noexcept {
+    for (float* const output : outputs)
+        timeline_.end(sample - start_.zero, rate_hz_, {output, static_cast<std::size_t>(samples)});
 }
 
-LiveMixer::LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s,
-                     const SignalStart& before)
-    : rate_hz_(sample_rate_hz),
+LiveMixer::LiveMixer(LiveAuralizer& auralizer, int block)
+    : auralizer_(auralizer),
+      rate_hz_(auralizer.room().sample_rate_hz()),
       block_(block),
-      channels_(channels),
-      before_(before),
-      limiter_(sample_rate_hz, channels, block),
-      exchange_(playbacks_, sample_rate_hz, block),
-      output_pointers_(channels),
-      interleaved_(static_cast<std::size_t>(block) * channels),
-      output_ring_(static_cast<std::size_t>(kOutputRing_s * sample_rate_hz) * channels),
-      position_(std::llround(begin_s * sample_rate_hz)),
-      pause_(sample_rate_hz, block) {}
+      channels_(auralizer.room().output_channels()),
+      limiter_(rate_hz_, channels_, block),
+      output_pointers_(channels_),
+      interleaved_(static_cast<std::size_t>(block) * channels_),
+      output_ring_(static_cast<std::size_t>(kOutputRing_s * rate_hz_) * channels_),
+      pause_(rate_hz_, block) {}
 
 void LiveMixer::render(std::span<float* const> outputs, int samples) noexcept {
     const std::int64_t before_ns = std::exchange(called_ns_, clock_ns());
@@ -142,25 +125,14 @@ void LiveMixer::count_latencies(std::int64_t now_ns) noexcept {
         if (pose_ns != newest_ns && pose_ns != 0) latency.add(now_ns - pose_ns);
         newest_ns = pose_ns;
     };
-    const LiveAuralizer& auralizer = *exchange_.playing()->auralizer_;
-    count(auralizer.frame_pose_ns(), frame_pose_ns_, frame_latency_);
-    count(auralizer.head_pose_ns(), head_pose_ns_, head_latency_);
+    count(auralizer_.frame_pose_ns(), frame_pose_ns_, frame_latency_);
+    count(auralizer_.head_pose_ns(), head_pose_ns_, head_latency_);
 }
 
 void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexcept {
     const std::int64_t now_ns = clock_ns();
-    const std::int64_t position = position_.load(std::memory_order_relaxed);
-    exchange_.advance([&](ScenePlayback& next) noexcept AULA_NONBLOCKING {
-        const ScenePlayback* const before = exchange_.playing();
-        return next.begin(position, before != nullptr ? before->start_ : before_);
-    });
-    for (float* channel : outputs) std::fill_n(channel, samples, 0.0F);
-    exchange_.render(samples, [&](ScenePlayback& playback, std::span<const float> input_weights,
-                                  std::span<const float> output_weights) {
-        playback.render(position, input_weights, output_weights, outputs, samples);
-    });
-    if (exchange_.playing() != nullptr) count_latencies(now_ns);
-
+    auralizer_.render({}, outputs, samples);
+    count_latencies(now_ns);
     limiter_.process(outputs, samples);
     const std::span<const float> weights = pause_.weights(samples);
     for (float* const channel : outputs) apply_weights(weights, channel);
@@ -175,7 +147,6 @@ void LiveMixer::render_block(std::span<float* const> outputs, int samples) noexc
         if (!output_ring_.write(std::span(interleaved_).first(count * channels_)))
             lost_samples_.fetch_add(samples, std::memory_order_relaxed);
     }
-    position_.store(position + samples, std::memory_order_relaxed);
 }
 
 }  // namespace aula

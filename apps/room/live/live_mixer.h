@@ -25,44 +25,35 @@ struct SignalStart {
     std::int64_t zero = 0;     ///< position of the signals' first sample
 };
 
-/// A scene as the audio thread plays it: signals through an auralizer. Its input fades in if the
-/// signals have already begun. Signals that begin with the playback are played from their first
-/// sample on without a fade, except those that begin abruptly.
-class ScenePlayback {
+/// The signals of a scene as the audio thread plays them. Signals that begin with the scene are
+/// played from their first sample on without a fade, except those that begin abruptly.
+class ScenePlayback : public RoomSignals {
  public:
-    /// One signal for each source of the auralizer, which has one listener. `block`: the largest
-    /// number of samples of a call. `start`: number of the start of the signals. They continue
-    /// those of a previous playback with the same number, and otherwise begin with this playback.
-    /// 0: they begin with the mixer.
-    ScenePlayback(std::unique_ptr<LiveAuralizer> auralizer, SignalSet signals,
-                  const Timeline& timeline, int block, std::uint64_t start);
-    ~ScenePlayback();
+    /// One signal for each source of a scene. `block`: the largest number of samples of a call.
+    /// `start`: number of the start of the signals. They continue those of the scene before with
+    /// the same number, and otherwise begin with this one. 0: they begin with the first scene.
+    ScenePlayback(SignalSet signals, const Timeline& timeline, double sample_rate_hz, int block,
+                  std::uint64_t start);
+    ~ScenePlayback() override;
     ScenePlayback(const ScenePlayback&) = delete;
     ScenePlayback& operator=(const ScenePlayback&) = delete;
 
-    LiveAuralizer& auralizer() { return *auralizer_; }
-    const Timeline& timeline() const { return timeline_; }
+    /// The start of the signals before the first scene of a mixer. [before it begins]
+    void follow(const SignalStart& before) { before_ = before; }
 
     /// Exchanges the signals of the sources with a crossfade. [one thread at a time]
     Mailbox<SignalSet>& signals() { return next_signals_; }
 
+    bool begin(std::int64_t sample, const RoomSignals* before) noexcept AULA_NONBLOCKING override;
+    std::span<const SourceSignal> read(std::int64_t sample,
+                                       int samples) noexcept AULA_NONBLOCKING override;
+    void end(std::int64_t sample, std::span<float* const> outputs,
+             int samples) const noexcept AULA_NONBLOCKING override;
+
  private:
-    friend class LiveMixer;
-    friend class RoomExchange<ScenePlayback>;
-
-    bool begin(std::int64_t position, const SignalStart& before) noexcept AULA_NONBLOCKING;
-    std::int64_t tail_samples() const noexcept AULA_NONBLOCKING {
-        return auralizer_->tail_samples();
-    }
-    void read_inputs(std::int64_t position, std::span<const float> weights,
-                     int samples) noexcept AULA_NONBLOCKING;
-    void render(std::int64_t position, std::span<const float> input_weights,
-                std::span<const float> output_weights, std::span<float* const> sum,
-                int samples) noexcept AULA_NONBLOCKING;
-
-    std::unique_ptr<LiveAuralizer> auralizer_;
     double rate_hz_;
     Timeline timeline_;
+    SignalStart before_;  ///< of the first scene
     SignalStart start_;
     std::unique_ptr<SignalSet> first_signals_;
     SignalSet* signals_;
@@ -74,26 +65,18 @@ class ScenePlayback {
 
     std::vector<std::vector<float>> inputs_;
     std::vector<SourceSignal> source_signals_;  ///< with the inputs
-    std::vector<std::vector<float>> outputs_;
-    std::vector<float*> output_pointers_;
     std::vector<float> scratch_;
 };
 
-/// The audio thread's part of live playback: the present playback, those that ring out, and the
-/// limiter. Other threads read its state by atomics or a ring.
+/// The audio thread's part of live playback: an auralizer and the limiter. Other threads read its
+/// state by atomics or a ring.
 class LiveMixer {
  public:
-    /// `begin_s`: the time of the first sample. `before`: the start of the signals that have played
-    /// until then.
-    LiveMixer(double sample_rate_hz, int block, std::size_t channels, double begin_s = 0,
-              const SignalStart& before = {});
+    /// The auralizer's scenes have signals.
+    LiveMixer(LiveAuralizer& auralizer, int block);
 
     /// Fills the outputs, in blocks of at most the mixer's size. [audio thread, wait-free]
     void render(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
-
-    /// The playbacks to play, each with its first frame; the previous one rings out. Used playbacks
-    /// return. [propagation thread]
-    Mailbox<ScenePlayback>& playbacks() { return playbacks_; }
 
     /// The output, interleaved, for one reader after listen(true). Samples that do not fit are lost
     /// and counted, per channel. [the reader's thread]
@@ -102,7 +85,7 @@ class LiveMixer {
     std::int64_t lost_samples() const { return lost_samples_.load(); }
 
     /// [any thread]
-    double time_s() const { return static_cast<double>(position_.load()) / rate_hz_; }
+    double time_s() const { return static_cast<double>(auralizer_.rendered_samples()) / rate_hz_; }
     float take_peak() { return peak_.exchange(0); }
     float take_limiter_gain() { return limiter_gain_.exchange(1); }  ///< the least since
     std::size_t channels() const { return channels_; }
@@ -123,19 +106,16 @@ class LiveMixer {
     void render_block(std::span<float* const> outputs, int samples) noexcept AULA_NONBLOCKING;
     void count_latencies(std::int64_t now_ns) noexcept AULA_NONBLOCKING;
 
+    LiveAuralizer& auralizer_;
     double rate_hz_;
     int block_;
     std::size_t channels_;
-    SignalStart before_;  ///< of the signals before the first playback
     Limiter limiter_;
-    Mailbox<ScenePlayback> playbacks_{RoomExchange<ScenePlayback>::kMaxHeld};
-    RoomExchange<ScenePlayback> exchange_;
     std::vector<float*> output_pointers_;
     std::vector<float> interleaved_;
     SampleRing output_ring_;
     std::atomic<bool> listened_ = false;
     std::atomic<std::int64_t> lost_samples_ = 0;
-    std::atomic<std::int64_t> position_ = 0;
     std::atomic<float> peak_ = 0;
     std::atomic<float> limiter_gain_ = 1;
     PauseFade pause_;

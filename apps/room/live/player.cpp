@@ -61,10 +61,10 @@ void Player::play_signal(std::size_t source, std::shared_ptr<const Signal> signa
     PreparedScene& playing = *state_->playing;
     if (source >= playing.signals.size()) return;
     std::swap(playing.signals[source], signal);
-    auto signals = playing.other_signals.reclaim();
+    auto signals = playing.playback.signals().reclaim();
     if (!signals) signals = std::make_unique<SignalSet>();
     unused = std::exchange(*signals, playing.signals);
-    playing.other_signals.publish(std::move(signals));
+    playing.playback.signals().publish(std::move(signals));
 }
 
 void Player::watch(const std::optional<ViewRequest>& request) {

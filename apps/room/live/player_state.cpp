@@ -26,19 +26,17 @@ Player::State::State(const Scene& scene, const PlaybackOptions& options) {
     }
     device_rate_hz = rate_hz;
     load = load_of(*playing);
-    playing->apply(controls_of(*playing, *load), 0, true);
-    take_frame(playing->auralizer.compute_first(0));
-    sounding.push_back(&playing->auralizer);
-    mixer->playbacks().publish(std::move(playing->playback));
+    auralizer->set_state(playing->number, playing->state(controls_of(*playing, *load), 0));
+    take_frame(auralizer->compute_first(0));
     changes = std::make_unique<ChangePreparer>(
         rate_hz,
         ChangePreparer::Hooks{
             .reusable = [this] { return reusable(); },
-            .apply_controls = [this](PreparedScene& next) { apply_controls(next); },
+            .state = [this](const PreparedScene& prepared) { return state_of(prepared); },
             .begin = [this](std::unique_ptr<PreparedScene> prepared,
                             std::uint64_t number) { return begin(std::move(prepared), number); }});
     device->start();
-    start(*playing);
+    start();
 }
 
 Player::State::~State() {
@@ -51,7 +49,7 @@ Player::State::~State() {
     device->stop();
     monitor.reset();
     changes->stop();
-    playing->auralizer.stop();
+    auralizer->stop();
 }
 
 /// Waits until the last fade has been played.
@@ -70,9 +68,11 @@ void Player::State::build(const Scene& scene, const PlaybackOptions& options) {
     at_rate.sample_rate_hz = rate_hz;
     playing = std::make_unique<PreparedScene>(scene, at_rate, false);
     warnings = warnings_of(playing->signals);
-    warn_of_patch_size(scene.simulation, playing->auralizer.room().patch_size_m(), warnings);
     monitor.reset();
-    mixer = std::make_unique<LiveMixer>(rate_hz, options.block, channel_count(options.output));
+    mixer.reset();
+    auralizer = std::move(playing->auralizer);
+    warn_of_patch_size(scene.simulation, auralizer->room().patch_size_m(), warnings);
+    mixer = std::make_unique<LiveMixer>(*auralizer, options.block);
     monitor = std::make_unique<Monitor>(*mixer, rate_hz);
 }
 
@@ -107,105 +107,132 @@ bool Player::State::follow_rate(double device_hz) {
                   " Hz: " + now.error);
 }
 
-/// Starts the frames of the playback in the mixer.
-void Player::State::start(PreparedScene& prepared) {
-    prepared.auralizer.start(
-        {.played_s = [playing_mixer = mixer.get(),
-                      &prepared] { return playing_mixer->time_s() - prepared.zero_s; },
-         .before_frame = [this, &prepared](double time_s) { before_frame(prepared, time_s); },
-         .after_frame = [this, &prepared](
-                            const FrameMaker& maker,
-                            double spare_s) { after_frame(prepared, maker, spare_s); }});
+/// Starts the frames of the auralizer.
+void Player::State::start() {
+    auralizer->start(
+        [this](double time_s) { before_frame(time_s); },
+        {.played_s = [this, played = mixer.get()] { return played->time_s() - playing->zero_s; },
+         .after_frame = [this](const FrameMaker& maker,
+                               double spare_s) { after_frame(maker, spare_s); },
+         .scene_begins = [this] { take_next(); },
+         .scene_has_begun = [this](const FrameMaker& maker) { note_begun(maker); }});
 }
 
-/// Switches to a prepared scene: its first frame goes to the mixer with its playback. False if it
+/// Switches to a prepared scene, and waits until its first frame has been handed over. False if it
 /// has a sample rate that the device no longer has. [preparing thread]
 bool Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
-    PreparedScene& next = *prepared;
-    const FrameMaker& maker = next.auralizer.compute_first(apply_controls(next));
-    std::unique_ptr<PreparedScene> before;
-    std::unique_ptr<LiveMixer> other_rate;  ///< the mixer of another sample rate before
+    if (prepared->auralizer) return begin_at_other_rate(std::move(prepared), number);
+    std::uint64_t scene = 0;
     {
         const std::lock_guard lock(mutex);
         if (stop) return true;
-        const bool has_other_rate = next.options.sample_rate_hz != rate_hz;
-        if (has_other_rate && next.options.sample_rate_hz != device_rate_hz) return false;
-        earlier = frames_so_far();
-        if (next.starts_anew) {
-            controls = {};
-            next.zero_s = mixer->time_s();
-        } else {
-            next.take_signals(*playing);
-            next.zero_s = playing->zero_s;
-        }
-        // A pose that has been set meanwhile.
-        if (controls.listener) next.auralizer.room().set_listener(*controls.listener);
-        load = load_of(next);
-        // publish() frees playbacks that circulate too long; `sounding` must not name them then.
-        retire_used_playbacks();
-        if (has_other_rate) other_rate = exchange_mixer(next);
-        sounding.push_back(&next.auralizer);
-        mixer->playbacks().publish(std::move(next.playback));
-        before = std::exchange(playing, std::move(prepared));
-        take_frame(maker);
-        status.audible_change = number;
-        changes->set_begun();
+        next = std::move(prepared);
+        next_change = number;
+        scene = next->number = auralizer->begin(next->built);
     }
-    before->auralizer.stop();
-    start(next);
+    auralizer->wait_for(scene);
+    std::unique_ptr<PreparedScene> unused;  // destroyed after the lock
+    const std::lock_guard lock(mutex);
+    std::swap(unused, replaced);
     return true;
 }
 
-/// Replaces the mixer, which no device calls, by one of another sample rate, in which a scene goes
-/// on at the present time. Returns the mixer before it, with all playbacks before this one. The
-/// mutex is locked.
-std::unique_ptr<LiveMixer> Player::State::exchange_mixer(const PreparedScene& next) {
-    const SignalStart before{.number = playing->start,
-                             .zero = std::llround(playing->zero_s * next.options.sample_rate_hz)};
-    auto made = std::make_unique<LiveMixer>(next.options.sample_rate_hz, next.options.block,
-                                            mixer->channels(), mixer->time_s(), before);
-    rate_hz = next.options.sample_rate_hz;
-    sounding.clear();
-    monitor->follow(*made, rate_hz);
-    return std::exchange(mixer, std::move(made));
+/// The scene that is to begin becomes the present one. [propagation thread]
+void Player::State::take_next() {
+    const std::lock_guard lock(mutex);
+    if (!next) return;
+    if (next->starts_anew) {
+        controls = {};
+        next->zero_s = mixer->time_s();
+    } else {
+        next->take_signals(*playing);
+        next->zero_s = playing->zero_s;
+    }
+    load = load_of(*next);
+    replaced = std::exchange(playing, std::move(next));
+}
+
+/// The first frame of the present scene has been handed over. [propagation thread]
+void Player::State::note_begun(const FrameMaker& maker) {
+    const std::lock_guard lock(mutex);
+    if (status.audible_change == next_change) return;
+    if (playing->starts_anew) playing->zero_s = mixer->time_s();
+    take_frame(maker);
+    status.audible_change = next_change;
+    changes->set_begun();
+}
+
+/// Exchanges auralizer and mixer, which no device calls, for those of a scene of another sample
+/// rate. [preparing thread]
+bool Player::State::begin_at_other_rate(std::unique_ptr<PreparedScene> prepared,
+                                        std::uint64_t number) {
+    {
+        const std::lock_guard lock(mutex);
+        if (stop) return true;
+        if (prepared->options.sample_rate_hz != device_rate_hz) return false;
+        next = std::move(prepared);
+        next_change = number;
+    }
+    // No frame uses what plays from here on.
+    auralizer->stop();
+    std::unique_ptr<LiveAuralizer> old_auralizer;
+    std::unique_ptr<LiveMixer> old_mixer;
+    {
+        const std::lock_guard lock(mutex);
+        earlier = frames_so_far();
+        PreparedScene& with = *next;
+        old_auralizer = std::exchange(auralizer, std::move(with.auralizer));
+        auralizer->begin_at(std::llround(mixer->time_s() * with.options.sample_rate_hz));
+        with.playback.follow({.number = playing->start,
+                              .zero = std::llround(playing->zero_s * with.options.sample_rate_hz)});
+        old_mixer =
+            std::exchange(mixer, std::make_unique<LiveMixer>(*auralizer, with.options.block));
+        rate_hz = with.options.sample_rate_hz;
+        monitor->follow(*mixer, rate_hz);
+    }
+    take_next();
+    if (controls.listener) auralizer->room().set_listener(*controls.listener);
+    const double time_s = mixer->time_s() - playing->zero_s;
+    before_frame(time_s);
+    note_begun(auralizer->compute_first(time_s));
+    start();
+    std::unique_ptr<PreparedScene> unused;  // destroyed after the lock
+    const std::lock_guard lock(mutex);
+    std::swap(unused, replaced);
+    return true;
 }
 
 Reusable Player::State::reusable() {
     const std::lock_guard lock(mutex);
-    return playing->reusable();
+    return {playing->scene.sources, playing->signals, playing->options, playing->start,
+            auralizer.get()};
 }
 
-/// Gives a prepared scene the controls with which it would begin now. Returns its time.
-double Player::State::apply_controls(PreparedScene& next) {
-    PlayControls with;
-    double time_s = 0;
-    if (!next.starts_anew) {
-        const std::lock_guard lock(mutex);
-        with = controls_of(next, load_of(next));
-        time_s = mixer->time_s() - playing->zero_s;
-    }
-    next.apply(with, time_s, true);
-    return time_s;
-}
-
-void Player::State::before_frame(PreparedScene& prepared, double time_s) {
+/// The state in which a prepared scene would begin now.
+RoomState Player::State::state_of(const PreparedScene& prepared) {
+    if (prepared.starts_anew) return prepared.state({}, 0);
     const std::lock_guard lock(mutex);
-    if (playing.get() == &prepared) prepared.apply(controls_of(prepared, *load), time_s);
+    return prepared.state(controls_of(prepared, load_of(prepared)),
+                          mixer->time_s() - playing->zero_s);
 }
 
-void Player::State::after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s) {
+void Player::State::before_frame(double time_s) {
+    const std::lock_guard lock(mutex);
+    RoomState state = playing->state(controls_of(*playing, *load), time_s);
+    // A pose of the user is set by place_listener() only, so that no older one follows a newer one.
+    if (!controls.listener) auralizer->room().set_listener(state.listeners[0]);
+    auralizer->set_state(playing->number, std::move(state));
+}
+
+void Player::State::after_frame(const FrameMaker& maker, double spare_s) {
     {
         const std::lock_guard lock(mutex);
-        if (playing.get() != &prepared) return;
         take_frame(maker);
-        // A pose set by the user has already turned all heads.
-        if (!controls.listener) turn_ringing_heads(maker.listener(0));
     }
-    const double took_ms = prepared.auralizer.room().status().frame_ms;
+    const double took_ms = auralizer->room().status().frame_ms;
     compute_time.add(static_cast<std::int64_t>(1e6 * took_ms));
-    keep_up(prepared, took_ms / 1000);
-    show(prepared, maker, spare_s);
-    reclaim_playbacks();
+    keep_up(took_ms / 1000);
+    show(maker, spare_s);
 }
 
 /// Copies the newest frame's data for the status. The mutex is locked, or nothing plays yet.
@@ -217,34 +244,32 @@ void Player::State::take_frame(const FrameMaker& maker) {
 
 /// Reduces rays or response length if frames take too long, and increases them if there is room. A
 /// response of another length requires a prepared change.
-void Player::State::keep_up(PreparedScene& prepared, double took_s) {
-    const std::optional<double> length_s = other_length_s(prepared, took_s);
+void Player::State::keep_up(double took_s) {
+    const std::optional<double> length_s = other_length_s(took_s);
     if (!length_s) return;
     // Copied without the lock: a scene can be large.
-    Scene scene = prepared.scene;
+    Scene scene = playing->scene;
     scene.simulation.ir_length_s.reset();
-    PlaybackOptions options = prepared.options;
+    PlaybackOptions options = playing->options;
     options.longest_response_s = length_s;
     const std::lock_guard lock(mutex);
-    if (playing.get() != &prepared) return;
     if (changes->request_if_idle(std::move(scene), std::move(options)) > 0)
         longest_response_s = length_s;
 }
 
 /// Adds a frame to the load, which may change the rays. Returns another length of the response if
 /// the load needs or allows one.
-std::optional<double> Player::State::other_length_s(const PreparedScene& prepared, double took_s) {
+std::optional<double> Player::State::other_length_s(double took_s) {
     const std::lock_guard lock(mutex);
-    if (playing.get() != &prepared) return {};
     // Preparation slows down the present frames.
     if (changes->status().preparing) {
         load->restart();
         return {};
     }
-    load->add(took_s, 1.0 / static_cast<double>(prepared.scene.simulation.frame_rate_hz),
-              rays_fall(prepared));
+    load->add(took_s, 1.0 / static_cast<double>(playing->scene.simulation.frame_rate_hz),
+              rays_fall(*playing));
     const double length_s = load->length_s();
-    const double present_s = prepared.auralizer.room().response_length_s();
+    const double present_s = playing->response_length_s();
     if (length_s == present_s) return {};
     // Until the change begins the length is the present one. If the change fails, the load is
     // measured again.
@@ -253,7 +278,7 @@ std::optional<double> Player::State::other_length_s(const PreparedScene& prepare
 }
 
 /// Copies the frame for display if there is time until it is due, or if the last copy is old.
-void Player::State::show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s) {
+void Player::State::show(const FrameMaker& maker, double spare_s) {
     constexpr double kEnough_s = 0.004;
     constexpr std::chrono::milliseconds kLong{250};
     std::optional<ViewRequest> wanted_view;
@@ -261,8 +286,6 @@ void Player::State::show(const PreparedScene& prepared, const FrameMaker& maker,
     std::uint64_t change = 0;
     {
         const std::lock_guard lock(mutex);
-        // The view of a replaced scene must not carry the number of the new change.
-        if (playing.get() != &prepared) return;
         wanted_view = request;
         frame = frames_so_far().frames;
         change = status.audible_change;
@@ -272,28 +295,14 @@ void Player::State::show(const PreparedScene& prepared, const FrameMaker& maker,
     made->frame = frame;
     made->change = change;
     shown = Clock::now();
-    std::shared_ptr<const FrameView> replaced = std::move(made);
+    std::shared_ptr<const FrameView> replaced_view = std::move(made);
     const std::lock_guard lock(mutex);
-    std::swap(view, replaced);
-}
-
-void Player::State::reclaim_playbacks() {
-    const std::lock_guard lock(mutex);
-    retire_used_playbacks();
-}
-
-/// Destroys playbacks that the mixer no longer renders, on the preparing thread. The mutex is
-/// locked.
-void Player::State::retire_used_playbacks() {
-    while (auto playback = mixer->playbacks().reclaim()) {
-        std::erase(sounding, &playback->auralizer());
-        changes->retire(std::move(playback));
-    }
+    std::swap(view, replaced_view);
 }
 
 /// The frames of all auralizers so far. The mutex is locked.
 AuralizerStatus Player::State::frames_so_far() const {
-    AuralizerStatus all = playing->auralizer.room().status();
+    AuralizerStatus all = auralizer->room().status();
     const double sum_ms = earlier.frame_mean_ms * static_cast<double>(earlier.frames) +
                           all.frame_mean_ms * static_cast<double>(all.frames);
     all.frames += earlier.frames;
@@ -329,7 +338,7 @@ PlayControls Player::State::controls_of(const PreparedScene& prepared, const Liv
 
 /// Rays and response length of a prepared scene, as in the previous one if it continues.
 LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
-    const double length_s = prepared.auralizer.room().response_length_s();
+    const double length_s = prepared.response_length_s();
     const LiveLoad::Full full{.rays = live_rays(prepared.scene.simulation),
                               .length_s = prepared.room_length_s.value_or(length_s),
                               .rays_fall = prepared.options.rays_fall,
@@ -346,14 +355,7 @@ LiveLoad Player::State::load_of(const PreparedScene& prepared) const {
 /// Sets the listener's pose from the user. The mutex is locked.
 void Player::State::place_listener(const Pose& pose) {
     controls.listener = pose;
-    playing->auralizer.room().set_listener(pose);
-    turn_ringing_heads(pose);
-}
-
-/// The mutex is held.
-void Player::State::turn_ringing_heads(const Pose& pose) {
-    for (LiveAuralizer* const auralizer : sounding)
-        if (auralizer != &playing->auralizer) auralizer->turn_head(pose);
+    auralizer->room().set_listener(pose);
 }
 
 /// The mutex is held.

@@ -27,19 +27,20 @@ struct Player::State {
     void fade_out();
     bool follow_rate(double device_hz);
 
-    void start(PreparedScene& prepared);
+    void start();
     bool begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
-    std::unique_ptr<LiveMixer> exchange_mixer(const PreparedScene& next);
+    bool begin_at_other_rate(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
+    void exchange_auralizer(PreparedScene& with);
     Reusable reusable();
-    double apply_controls(PreparedScene& next);
-    void before_frame(PreparedScene& prepared, double time_s);
-    void after_frame(PreparedScene& prepared, const FrameMaker& maker, double spare_s);
+    RoomState state_of(const PreparedScene& next);
+    void take_next();
+    void note_begun(const FrameMaker& maker);
+    void before_frame(double time_s);
+    void after_frame(const FrameMaker& maker, double spare_s);
     void take_frame(const FrameMaker& maker);
-    void keep_up(PreparedScene& prepared, double took_s);
-    std::optional<double> other_length_s(const PreparedScene& prepared, double took_s);
-    void show(const PreparedScene& prepared, const FrameMaker& maker, double spare_s);
-    void reclaim_playbacks();
-    void retire_used_playbacks();
+    void keep_up(double took_s);
+    std::optional<double> other_length_s(double took_s);
+    void show(const FrameMaker& maker, double spare_s);
 
     AuralizerStatus frames_so_far() const;
     PlayStatus status_so_far() const;
@@ -47,7 +48,6 @@ struct Player::State {
     PlayControls controls_of(const PreparedScene& prepared, const LiveLoad& with) const;
     LiveLoad load_of(const PreparedScene& prepared) const;
     void place_listener(const Pose& pose);
-    void turn_ringing_heads(const Pose& pose);
     void take_controls(PlayControls next);
     PoseLatency latency(double frame_period_ms) const;
 
@@ -58,15 +58,18 @@ struct Player::State {
     double rate_hz = 0;
     double device_rate_hz = 0;                ///< another one while a change to it is prepared
     std::optional<double> requested_rate_hz;  ///< of that change
-    /// The preparing thread exchanges it, while no device calls it, and reads it without the lock.
+    /// The preparing thread exchanges both, while no device calls them, and reads them without the
+    /// lock.
+    std::unique_ptr<LiveAuralizer> auralizer;
     std::unique_ptr<LiveMixer> mixer;
     bool stop = false;
-    std::unique_ptr<PreparedScene> playing;  ///< its auralizer's thread may use it without the lock
-    std::vector<LiveAuralizer*>
-        sounding;  ///< auralizers of all playbacks that the mixer may render
+    std::unique_ptr<PreparedScene> playing;   ///< the auralizer's thread reads it without the lock
+    std::unique_ptr<PreparedScene> next;      ///< until its first frame
+    std::uint64_t next_change = 0;            ///< number of the change to it
+    std::unique_ptr<PreparedScene> replaced;  ///< until the preparing thread destroys it
     PlayControls controls;
     PlayStatus status;        ///< of the newest frame, and the audible change
-    AuralizerStatus earlier;  ///< frames and times of earlier auralizers
+    AuralizerStatus earlier;  ///< frames and times of auralizers of other rates
     std::optional<ViewRequest> request;
     std::shared_ptr<const FrameView> view;
     Clock::time_point shown;                   ///< when the last view was made

@@ -29,14 +29,6 @@ SignalSet signals_of(const Scene& scene, double sample_rate_hz, const Reusable& 
     return signals;
 }
 
-/// Reading an HRTF takes almost a second.
-std::shared_ptr<const Hrtf> hrtf_after(const PlaybackOptions& options, const Reusable& before) {
-    const bool kept = before.hrtf && options.hrtf == before.options.hrtf &&
-                      options.output == before.options.output &&
-                      options.sample_rate_hz == before.options.sample_rate_hz;
-    return kept ? before.hrtf : hrtf_for(options);
-}
-
 Scene with_length(Scene scene, const PlaybackOptions& options,
                   std::optional<double> room_length_s) {
     if (room_length_s)
@@ -45,18 +37,26 @@ Scene with_length(Scene scene, const PlaybackOptions& options,
     return scene;
 }
 
-std::unique_ptr<ScenePlayback> make_playback(const PreparedScene& prepared) {
-    const PlaybackOptions& options = prepared.options;
-    auto auralizer = std::make_unique<LiveAuralizer>(
-        prepared.scene, auralizer_options(prepared.scene, options), prepared.hrtf);
-    const Timeline timeline =
-        live_timeline({.scene = prepared.scene,
-                       .signals = prepared.signals,
-                       .sample_rate_hz = options.sample_rate_hz,
-                       .response_length_s = auralizer->room().heard_length_s(),
-                       .duration_s = options.duration_s});
-    return std::make_unique<ScenePlayback>(std::move(auralizer), prepared.signals, timeline,
-                                           options.block, prepared.start);
+std::unique_ptr<LiveAuralizer> auralizer_for(const Scene& scene, const PlaybackOptions& options,
+                                             const Reusable& before) {
+    if (before.auralizer != nullptr && before.options.sample_rate_hz == options.sample_rate_hz)
+        return nullptr;
+    return std::make_unique<LiveAuralizer>(scene, auralizer_options(scene, options));
+}
+
+std::shared_ptr<BuiltRoom> built_for(const PreparedScene& prepared, const Reusable& before) {
+    if (prepared.auralizer) return prepared.auralizer->first();
+    return before.auralizer->build(prepared.scene,
+                                   auralizer_options(prepared.scene, prepared.options));
+}
+
+ScenePlayback& with_playback(const PreparedScene& prepared) {
+    auto playback = std::make_unique<ScenePlayback>(prepared.signals, prepared.timeline,
+                                                    prepared.options.sample_rate_hz,
+                                                    prepared.options.block, prepared.start);
+    ScenePlayback& made = *playback;
+    prepared.built->sounding->signals = std::move(playback);
+    return made;
 }
 
 }  // namespace
@@ -69,33 +69,32 @@ PreparedScene::PreparedScene(const Scene& scene_in, const PlaybackOptions& optio
       starts_anew(starts_anew_in),
       start(before.start + (starts_anew ? 1 : 0)),
       signals(signals_of(scene, options.sample_rate_hz, before)),
-      hrtf(hrtf_after(options, before)),
-      playback(make_playback(*this)),
-      auralizer(playback->auralizer()),
-      timeline(playback->timeline()),
-      other_signals(playback->signals()),
-      sources(auralizer.room().sources()) {}
+      auralizer(auralizer_for(scene, options, before)),
+      built(built_for(*this, before)),
+      timeline(live_timeline({.scene = scene,
+                              .signals = signals,
+                              .sample_rate_hz = options.sample_rate_hz,
+                              .response_length_s = built->heard_length_s(),
+                              .duration_s = options.duration_s})),
+      playback(with_playback(*this)) {}
 
-void PreparedScene::apply(const PlayControls& controls, double time_s, bool with_listener) {
-    Auralizer& room = auralizer.room();
-    for (std::size_t s = 0; s < sources.size(); ++s) {
-        const SourceControl control = controls.source(s);
-        room.set_source(sources[s], controls.source_at(scene, s, time_s));
-        room.set_gain(sources[s], controls.audible(s)
-                                      ? control.gain_db.value_or(scene.sources[s].gain_db)
-                                      : -std::numeric_limits<float>::infinity());
+RoomState PreparedScene::state(const PlayControls& controls, double time_s) const {
+    RoomState state = room_state(scene, time_s);
+    for (std::size_t s = 0; s < scene.sources.size(); ++s) {
+        SourceState& source = state.sources[s];
+        source.pose = controls.source_at(scene, s, time_s);
+        source.gain_db = controls.source(s).gain_db.value_or(source.gain_db);
+        if (!controls.audible(s)) source.gain_db = -std::numeric_limits<float>::infinity();
     }
-    for (std::size_t o = 0; o < scene.objects.size(); ++o)
-        if (scene.objects[o].path) room.set_transform(o, scene.objects[o].transform_at(time_s));
-    if (with_listener || !controls.listener) room.set_listener(controls.listener_at(scene, time_s));
-    room.set_part_gains({.direct = controls.dry_gain(),
-                         .early = controls.early ? controls.wet_gain() : 0,
-                         .late = controls.late ? controls.wet_gain() : 0});
-    if (controls.frame_share)
-        room.set_frame_share(*controls.frame_share);
-    else
-        room.set_rays(std::clamp(controls.rays.value_or(live_rays(scene.simulation)), 1,
-                                 Simulation::kMaxRays));
+    for (const Object& object : scene.objects) state.objects.push_back(object.transform_at(time_s));
+    state.listeners = {controls.listener_at(scene, time_s)};
+    state.direct_gain = controls.dry_gain();
+    state.early_gain = controls.early ? controls.wet_gain() : 0;
+    state.late_gain = controls.late ? controls.wet_gain() : 0;
+    state.rays =
+        std::clamp(controls.rays.value_or(live_rays(scene.simulation)), 1, Simulation::kMaxRays);
+    state.frame_share = controls.frame_share;
+    return state;
 }
 
 void PreparedScene::take_signals(const PreparedScene& before) {
@@ -108,7 +107,7 @@ void PreparedScene::take_signals(const PreparedScene& before) {
         signals[s] = before.signals[s];
         differs = true;
     }
-    if (differs) other_signals.publish(std::make_unique<SignalSet>(signals));
+    if (differs) playback.signals().publish(std::make_unique<SignalSet>(signals));
 }
 
 }  // namespace aula

@@ -18,11 +18,11 @@ double energy(const PlayControls& controls) {
     scene.sources[0].signal = Source::Signal::noise;
     PlaybackOptions options;
     options.output = OutputFormat::mono;
-    PreparedScene prepared(scene, options, false);
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    LiveTake live;
+    const auto prepared = live.prepare(scene, options);
     double sum = 0;
-    for (const float x : take(mixer, 100, [&](int block) {
-             if (block == 0) begin(prepared, mixer, controls);
+    for (const float x : live.take(100, [&](int block) {
+             if (block == 0) live.begin(*prepared, controls);
          }))
         sum += static_cast<double>(x) * static_cast<double>(x);
     return sum;

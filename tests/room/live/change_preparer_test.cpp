@@ -22,15 +22,16 @@ class Preparation {
     using Begin = std::function<void(Preparation&, std::uint64_t number)>;
 
     explicit Preparation(Begin begin)
-        : changes_(48000, {.reusable = [] { return Reusable{}; },
-                           .apply_controls = [](PreparedScene&) {},
-                           .begin =
-                               [this, begin = std::move(begin)](
-                                   std::unique_ptr<PreparedScene> prepared, std::uint64_t number) {
-                                   begin(*this, number);
-                                   if (number == 2) second_anew_ = prepared->starts_anew;
-                                   return true;
-                               }}) {
+        : changes_(48000,
+                   {.reusable = [] { return Reusable{}; },
+                    .state = [](const PreparedScene& prepared) { return prepared.state({}, 0); },
+                    .begin =
+                        [this, begin = std::move(begin)](std::unique_ptr<PreparedScene> prepared,
+                                                         std::uint64_t number) {
+                            begin(*this, number);
+                            if (number == 2) second_anew_ = prepared->starts_anew;
+                            return true;
+                        }}) {
         options_.output = OutputFormat::mono;
         scene_.simulation.ir_length_s = 0.1F;
     }
@@ -93,9 +94,10 @@ TEST_CASE("A change that has to be prepared for another rate is, unless a newer 
             return false;
         };
         changes = std::make_unique<ChangePreparer>(
-            48000, ChangePreparer::Hooks{.reusable = [] { return Reusable{}; },
-                                         .apply_controls = [](PreparedScene&) {},
-                                         .begin = begin});
+            48000, ChangePreparer::Hooks{
+                       .reusable = [] { return Reusable{}; },
+                       .state = [](const PreparedScene& prepared) { return prepared.state({}, 0); },
+                       .begin = begin});
         changes->request(scene, options, false);
         lock.unlock();
         REQUIRE(test::eventually([&] { return !changes->status().preparing; }));
@@ -106,16 +108,21 @@ TEST_CASE("A change that has to be prepared for another rate is, unless a newer 
     }
 }
 
-TEST_CASE("A change keeps the HRTF, but not for another rate") {
+TEST_CASE("A change keeps the HRTF, and another one or another rate does not") {
     const Scene scene = test::free_field({1, 0, 0});
     PlaybackOptions options;
     const PreparedScene first(scene, options, false);
-    REQUIRE(first.hrtf);
-    const PreparedScene same(scene, options, false, first.reusable());
-    CHECK(same.hrtf == first.hrtf);
+    const auto hrtf = first.built->computer.hrtf();
+    REQUIRE(hrtf);
+    Reusable before;
+    before.auralizer = first.auralizer.get();
+    const PreparedScene same(scene, options, false, before);
+    CHECK_FALSE(same.auralizer);
+    CHECK(same.built->computer.hrtf() == hrtf);
     options.sample_rate_hz = 44100;
-    const PreparedScene other(scene, options, false, first.reusable());
-    CHECK(other.hrtf != first.hrtf);
+    const PreparedScene other(scene, options, false, before);
+    CHECK(other.auralizer);
+    CHECK(other.built->computer.hrtf() != hrtf);
 }
 
 TEST_CASE("A scene player refuses headphones that cannot be read") {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "tests/support/live_take.h"
@@ -18,28 +19,28 @@ TEST_CASE(
     scene.sources[0].loop = true;
     PlaybackOptions options;
     options.output = OutputFormat::mono;
-    LiveMixer mixer(48000, kTakeBlock, 1);
-    mixer.listen(true);
+    LiveTake live;
     std::vector<float> channel(kTakeBlock);
     const std::vector<float*> outputs{channel.data()};
     std::vector<std::unique_ptr<PreparedScene>> all;
     RealtimeViolations violations;
-    int back = 0;
     for (int block = 0; block < 400; ++block) {
-        while (mixer.playbacks().reclaim()) ++back;
         if (block % 40 == 0 || (block > 200 && block < 230)) {
-            all.push_back(std::make_unique<PreparedScene>(scene, options, false));
-            begin(*all.back(), mixer);
+            all.push_back(live.prepare(scene, options));
+            live.begin(*all.back());
+            live.mixer().listen(true);
         }
         if (block == 20) {
-            all.back()->other_signals.publish(std::make_unique<SignalSet>(
+            all.back()->playback.signals().publish(std::make_unique<SignalSet>(
                 SignalSet{std::make_shared<const Signal>(std::vector<float>(100, 0.1F), true)}));
         }
-        all.back()->auralizer.turn_head(Pose{});
+        live.auralizer().room().set_listener(Pose{});
         const RealtimeTrap trap;
-        mixer.render(outputs, kTakeBlock);
+        live.mixer().render(outputs, kTakeBlock);
         violations += trap.violations();
     }
     CHECK(violations.total() == 0);
-    CHECK(back > 20);
+    CHECK(std::count_if(all.begin(), all.end(), [](const auto& prepared) {
+              return prepared->signals[0].use_count() == 1;
+          }) > 20);
 }

@@ -13,11 +13,10 @@
 namespace {
 
 using namespace aula;
-using test::begin;
 using test::kRate_hz;
 using test::kTakeBlock;
+using test::LiveTake;
 using test::share_off_tone;
-using test::take;
 
 constexpr int kSecond_blocks = 188;
 
@@ -29,13 +28,13 @@ PlaybackOptions mono() {
 
 /// The room, in which a tone with a sin^2 envelope of a second plays. `start`: of the playback
 /// before.
-std::unique_ptr<PreparedScene> tone_in(const Scene& scene, bool starts_anew = false,
-                                       std::uint64_t start = 0) {
+std::unique_ptr<PreparedScene> tone_in(const LiveTake& live, const Scene& scene,
+                                       bool starts_anew = false, std::uint64_t start = 0) {
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(test::tone(), false)};
     before.start = start;
-    return std::make_unique<PreparedScene>(scene, mono(), starts_anew, before);
+    return live.prepare(scene, mono(), starts_anew, before);
 }
 
 Scene dry_room() {
@@ -47,14 +46,14 @@ Scene dry_room() {
 }  // namespace
 
 TEST_CASE("A tone has no clicks while estimator, order, materials and source change") {
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    LiveTake live;
     std::vector<std::unique_ptr<PreparedScene>> all;
     Scene scene = dry_room();
     const auto change = [&] {
-        all.push_back(tone_in(scene));
-        begin(*all.back(), mixer);
+        all.push_back(tone_in(live, scene));
+        live.begin(*all.back());
     };
-    const auto output = take(mixer, 2 * kSecond_blocks, [&](int block) {
+    const auto output = live.take(2 * kSecond_blocks, [&](int block) {
         if (block == 0) change();
         if (block == 50) {
             scene.simulation.estimator = Estimator::dpc;
@@ -80,10 +79,10 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
     CHECK(share < 1e-6);
 
     // Companion: the same changes as a hard cut from one room to another.
-    LiveMixer other(kRate_hz, kTakeBlock, 1);
-    auto room = tone_in(scene);
-    const auto after = take(other, 2 * kSecond_blocks, [&](int block) {
-        if (block == 0) begin(*room, other);
+    LiveTake other;
+    auto room = tone_in(other, scene);
+    const auto after = other.take(2 * kSecond_blocks, [&](int block) {
+        if (block == 0) other.begin(*room);
     });
     auto cut = output;
     std::copy(after.begin() + 24000, after.end(), cut.begin() + 24000);
@@ -93,14 +92,14 @@ TEST_CASE("A tone has no clicks while estimator, order, materials and source cha
 TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
     const Scene scene = test::free_field({3, 0, 0});
     const auto output = [&](bool changes) {
-        LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+        LiveTake live;
         std::vector<std::unique_ptr<PreparedScene>> all;
-        return take(mixer, kSecond_blocks, [&](int block) {
+        return live.take(kSecond_blocks, [&](int block) {
             // A playback that begins anew: later ones continue in its time.
             const bool anew = block == 40;
             if (block == 0 || anew || (changes && (block == 80 || block == 110))) {
-                all.push_back(tone_in(scene, anew, all.empty() ? 0 : all.back()->start));
-                begin(*all.back(), mixer);
+                all.push_back(tone_in(live, scene, anew, all.empty() ? 0 : all.back()->start));
+                live.begin(*all.back());
             }
         });
     };
@@ -118,26 +117,26 @@ TEST_CASE("A switch to the same scene is inaudible: both playbacks add up") {
 TEST_CASE("A scene begins anew even if another change replaces the one that should begin it") {
     const Scene scene = test::free_field({3, 0, 0});
     const auto output = [&](bool replaced) {
-        LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+        LiveTake live;
         std::vector<std::unique_ptr<PreparedScene>> all;
-        return take(mixer, kSecond_blocks, [&](int block) {
+        return live.take(kSecond_blocks, [&](int block) {
             if (block != 0 && block != 100) return;
-            all.push_back(tone_in(scene, block == 100));
-            begin(*all.back(), mixer);
+            all.push_back(tone_in(live, scene, block == 100));
+            live.begin(*all.back());
             if (block == 0 || !replaced) return;
             // Nothing is rendered in between, as while the device is lost.
-            all.push_back(tone_in(scene, false, all.back()->start));
-            begin(*all.back(), mixer);
+            all.push_back(tone_in(live, scene, false, all.back()->start));
+            live.begin(*all.back());
         });
     };
     const auto anew = output(false);
     CHECK(output(true) == anew);
     // Companion: the tone that continues differs from the one that begins anew.
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    auto through = tone_in(scene);
-    CHECK(take(mixer, kSecond_blocks, [&](int block) {
-              if (block == 0) begin(*through, mixer);
-          }) != anew);
+    LiveTake live;
+    auto through = tone_in(live, scene);
+    CHECK(live.take(kSecond_blocks, [&](int block) {
+        if (block == 0) live.begin(*through);
+    }) != anew);
 }
 
 TEST_CASE("A signal that begins abruptly or continues fades in, and an onset is unchanged") {
@@ -160,10 +159,10 @@ TEST_CASE("A signal that begins abruptly or continues fades in, and an onset is 
         wave[0] = 0.1F;
     }
     before.signals = {std::make_shared<const Signal>(wave, true)};
-    PreparedScene room(scene, mono(), c.anew, before);
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    const auto output = take(mixer, c.start_block + 70, [&](int block) {
-        if (block == c.start_block) begin(room, mixer);
+    LiveTake live;
+    const auto room = live.prepare(scene, mono(), c.anew, before);
+    const auto output = live.take(c.start_block + 70, [&](int block) {
+        if (block == c.start_block) live.begin(*room);
     });
     // A metre away, and the limiter's delay: 140 and 207 samples.
     constexpr std::size_t kLate = 347;
@@ -201,12 +200,12 @@ TEST_CASE("Sound emitted by an old playback is audible to its end at any distanc
     Scene scene = test::free_field({100, 0, 0});
     scene.simulation.ir_length_s = 0.1F;
     const auto output = [&](bool changes) {
-        LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+        LiveTake live;
         std::vector<std::unique_ptr<PreparedScene>> all;
-        return take(mixer, 2 * kSecond_blocks, [&](int block) {
+        return live.take(2 * kSecond_blocks, [&](int block) {
             if (block == 0 || (changes && block == 80)) {
-                all.push_back(tone_in(scene));
-                begin(*all.back(), mixer);
+                all.push_back(tone_in(live, scene));
+                live.begin(*all.back());
             }
         });
     };
@@ -229,10 +228,10 @@ TEST_CASE("A requested duration of half a second is exact and ends without a cli
         Reusable before;
         before.sources = scene.sources;
         before.signals = {std::make_shared<const Signal>(test::tone(), false)};
-        PreparedScene room(scene, options, true, before);
-        LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-        return take(mixer, kSecond_blocks, [&](int block) {
-            if (block == 0) begin(room, mixer);
+        LiveTake live;
+        const auto room = live.prepare(scene, options, true, before);
+        return live.take(kSecond_blocks, [&](int block) {
+            if (block == 0) live.begin(*room);
         });
     };
     const auto through = output(1000);
@@ -251,7 +250,7 @@ TEST_CASE("A requested duration of half a second is exact and ends without a cli
 }
 
 TEST_CASE("Samples that are not finite are muted and counted, and later ones are audible") {
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    LiveTake live;
     const Scene scene = test::free_field({1, 0, 0});
     // A tone with 10 ms of NaN.
     std::vector<float> tone = test::tone();
@@ -259,77 +258,80 @@ TEST_CASE("Samples that are not finite are muted and counted, and later ones are
     Reusable before;
     before.sources = scene.sources;
     before.signals = {std::make_shared<const Signal>(tone, false)};
-    PreparedScene prepared(scene, mono(), false, before);
-    const auto output = take(mixer, kSecond_blocks, [&](int block) {
-        if (block == 0) begin(prepared, mixer);
+    const auto prepared = live.prepare(scene, mono(), false, before);
+    const auto output = live.take(kSecond_blocks, [&](int block) {
+        if (block == 0) live.begin(*prepared);
     });
-    CHECK(prepared.auralizer.room().status().muted_samples == 480);
+    CHECK(live.auralizer().room().status().muted_samples == 480);
     CHECK(std::all_of(output.begin(), output.end(), [](float x) { return std::isfinite(x); }));
     CHECK(std::any_of(output.begin() + 24000, output.end(), [](float x) { return x != 0; }));
 }
 
 TEST_CASE("A mixer that begins later continues the signals at their place") {
     const Scene scene = test::free_field({1, 0, 0});
-    const auto play = [&](LiveMixer& mixer, std::uint64_t start, int blocks) {
-        const auto prepared = tone_in(scene, false, start);
-        return take(mixer, blocks, [&](int block) {
-            if (block == 0) begin(*prepared, mixer);
+    const auto play = [&](LiveTake& live, std::uint64_t start, int blocks) {
+        const auto prepared = tone_in(live, scene, false, start);
+        return live.take(blocks, [&](int block) {
+            if (block == 0) live.begin(*prepared);
         });
     };
-    LiveMixer whole(kRate_hz, kTakeBlock, 1);
+    LiveTake whole;
     const auto expected = play(whole, 0, kSecond_blocks);
     constexpr int kBegin = 60;  // blocks
     constexpr double kBegin_s = kBegin * kTakeBlock / kRate_hz;
-    LiveMixer later(kRate_hz, kTakeBlock, 1, kBegin_s, {.number = 3, .zero = 0});
-    CHECK(later.time_s() == kBegin_s);
+    LiveTake later(kBegin_s, {.number = 3, .zero = 0});
     const auto continued = play(later, 3, kSecond_blocks - kBegin);
+    CHECK(later.mixer().time_s() == kSecond_blocks * kTakeBlock / kRate_hz);
     // After the fade-in of 50 ms, the delay of 1 m and the latency of the limiter, to the bit.
     const auto from = static_cast<std::ptrdiff_t>(0.06 * kRate_hz);
     CHECK(std::equal(continued.begin() + from, continued.end(),
                      expected.begin() + kBegin * kTakeBlock + from));
     // Companion: signals of another start begin with the playback.
-    LiveMixer other(kRate_hz, kTakeBlock, 1, kBegin_s, {.number = 3, .zero = 0});
+    LiveTake other(kBegin_s, {.number = 3, .zero = 0});
     const auto begun = play(other, 4, kSecond_blocks - kBegin);
     CHECK(std::equal(begun.begin() + from, begun.end(), expected.begin() + from));
 }
 
 TEST_CASE("Samples that are not read in time are counted as lost") {
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    mixer.listen(true);
+    LiveTake live;
+    live.begin(*tone_in(live, test::free_field({1, 0, 0})));
+    live.mixer().listen(true);
     // Two seconds of 96000 samples fit, rounded up to a power of two: 131072, or 512 blocks.
-    take(mixer, 520, [](int) {});
-    CHECK(mixer.lost_samples() == 8 * kTakeBlock);
+    live.take(520, [](int) {});
+    CHECK(live.mixer().lost_samples() == 8 * kTakeBlock);
 }
 
 TEST_CASE("Of many changes in a row the last is played, and all playbacks are returned") {
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    LiveTake live;
     Scene scene = test::free_field({1, 0, 0});
     scene.simulation.ir_length_s = 0.3F;
     std::vector<std::unique_ptr<PreparedScene>> all;
-    int back = 0;
     constexpr int kChanges = 30;
-    const auto output = take(mixer, 3 * kSecond_blocks, [&](int block) {
-        while (mixer.playbacks().reclaim()) ++back;
+    const auto output = live.take(3 * kSecond_blocks, [&](int block) {
         if (block < kChanges) {
             scene.sources[0].position.x = block + 1 < kChanges ? 1.0F : 2.0F;
             Reusable before;
             before.sources = scene.sources;
             before.signals = {std::make_shared<const Signal>(std::vector<float>(48, 0.1F), true)};
-            all.push_back(std::make_unique<PreparedScene>(scene, mono(), false, before));
-            begin(*all.back(), mixer);
+            all.push_back(live.prepare(scene, mono(), false, before));
+            live.begin(*all.back());
         }
     });
-    CHECK(back == kChanges - 1);
+    // A frame frees what has rung out; then the prepared scene alone holds the signal.
+    live.auralizer().compute_first(live.mixer().time_s());
+    CHECK(std::count_if(all.begin(), all.end(), [](const auto& prepared) {
+              return prepared->signals[0].use_count() == 1;
+          }) == kChanges - 1);
     // A constant at 2 m, half of its value at 1 m.
-    LiveMixer near(kRate_hz, kTakeBlock, 1);
+    LiveTake near;
     Scene one = scene;
     one.sources[0].position.x = 1;
     Reusable before;
     before.sources = one.sources;
     before.signals = {std::make_shared<const Signal>(std::vector<float>(48, 0.1F), true)};
-    PreparedScene alone(one, mono(), false, before);
-    const auto reference = take(near, kSecond_blocks, [&](int block) {
-        if (block == 0) begin(alone, near);
+    const auto alone = near.prepare(one, mono(), false, before);
+    const auto reference = near.take(kSecond_blocks, [&](int block) {
+        if (block == 0) near.begin(*alone);
     });
     // 0.1 dB: rounding in the design of the filters.
     CHECK(static_cast<double>(output.back()) ==
@@ -337,16 +339,16 @@ TEST_CASE("Of many changes in a row the last is played, and all playbacks are re
 }
 
 TEST_CASE("A new signal of a playing source fades in") {
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
+    LiveTake live;
     const Scene scene = test::free_field({1, 0, 0});
-    auto prepared = tone_in(scene);
+    auto prepared = tone_in(live, scene);
     // A quarter of a period later: the same tone with another phase.
     std::vector<float> other = test::tone();
     std::rotate(other.begin(), other.begin() + 12, other.end());
-    const auto output = take(mixer, 2 * kSecond_blocks, [&](int block) {
-        if (block == 0) begin(*prepared, mixer);
+    const auto output = live.take(2 * kSecond_blocks, [&](int block) {
+        if (block == 0) live.begin(*prepared);
         if (block != 80) return;
-        prepared->other_signals.publish(
+        prepared->playback.signals().publish(
             std::make_unique<SignalSet>(SignalSet{std::make_shared<const Signal>(other, false)}));
     });
     CHECK(share_off_tone(output) < 1e-6);
@@ -363,19 +365,19 @@ TEST_CASE("A new signal of a playing source fades in") {
 }
 
 TEST_CASE("A pause fades to silence, stops the time and fades back without a click") {
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    auto prepared = tone_in(test::free_field({1, 0, 0}));
+    LiveTake live;
+    auto prepared = tone_in(live, test::free_field({1, 0, 0}));
     double paused_at_s = 0;
-    const auto output = take(mixer, 2 * kSecond_blocks, [&](int block) {
-        if (block == 0) begin(*prepared, mixer);
-        if (block == 90) mixer.pause(true);
+    const auto output = live.take(2 * kSecond_blocks, [&](int block) {
+        if (block == 0) live.begin(*prepared);
+        if (block == 90) live.mixer().pause(true);
         if (block == 110) {
-            CHECK(mixer.silent());
-            paused_at_s = mixer.time_s();
+            CHECK(live.mixer().silent());
+            paused_at_s = live.mixer().time_s();
         }
         if (block == 140) {
-            CHECK(mixer.time_s() == paused_at_s);
-            mixer.pause(false);
+            CHECK(live.mixer().time_s() == paused_at_s);
+            live.mixer().pause(false);
         }
     });
     CHECK(share_off_tone(output) < 1e-6);

@@ -12,20 +12,29 @@
 using namespace aula;
 using namespace aula::test;
 
-TEST_CASE("A recording contains every output sample of its time") {
-    const TemporaryFolder folder;
-    const auto file = folder.path() / "heard.wav";
+namespace {
+
+/// Begins a scene in which noise plays.
+void begin(LiveTake& live, double sample_rate_hz) {
     Scene scene = free_field({1, 0, 0});
     scene.sources[0].signal = Source::Signal::noise;
     PlaybackOptions options;
     options.output = OutputFormat::mono;
-    PreparedScene prepared(scene, options, false);
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    Monitor monitor(mixer, kRate_hz);
+    options.sample_rate_hz = sample_rate_hz;
+    live.begin(*live.prepare(scene, options));
+}
+
+}  // namespace
+
+TEST_CASE("A recording contains every output sample of its time") {
+    const TemporaryFolder folder;
+    const auto file = folder.path() / "heard.wav";
+    LiveTake live;
+    begin(live, kRate_hz);
+    Monitor monitor(live.mixer(), kRate_hz);
     CHECK_THROWS_AS(monitor.record(folder.path() / "no folder" / "heard.wav"), InputError);
     std::size_t begun = 0;
-    const auto heard = take(mixer, 100, [&](int block) {
-        if (block == 0) begin(prepared, mixer);
+    const auto heard = live.take(100, [&](int block) {
         if (block == 10) {
             monitor.record(file);
             begun = static_cast<std::size_t>(block) * kTakeBlock;
@@ -46,11 +55,12 @@ TEST_CASE("A recording contains every output sample of its time") {
 
 TEST_CASE("Recorded and lost samples of a recording sum to all output samples") {
     const TemporaryFolder folder;
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    Monitor monitor(mixer, kRate_hz);
+    LiveTake live;
+    begin(live, kRate_hz);
+    Monitor monitor(live.mixer(), kRate_hz);
     // Faster than it is read, unless the machine is very slow.
     constexpr int kBlocks = 4000;
-    take(mixer, kBlocks, [&](int block) {
+    live.take(kBlocks, [&](int block) {
         if (block == 0) monitor.record(folder.path() / "heard.wav");
     });
     monitor.stop_recording();
@@ -61,20 +71,22 @@ TEST_CASE("Recorded and lost samples of a recording sum to all output samples") 
 TEST_CASE("A recording ends with an error when the monitor follows a mixer of another rate") {
     const TemporaryFolder folder;
     const auto file = folder.path() / "heard.wav";
-    LiveMixer mixer(kRate_hz, kTakeBlock, 1);
-    LiveMixer other(44100, kTakeBlock, 1);
-    Monitor monitor(mixer, kRate_hz);
-    take(mixer, 20, [&](int block) {
+    LiveTake live;
+    begin(live, kRate_hz);
+    LiveTake other;
+    begin(other, 44100);
+    Monitor monitor(live.mixer(), kRate_hz);
+    live.take(20, [&](int block) {
         if (block == 0) monitor.record(file);
     });
-    monitor.follow(other, 44100);
+    monitor.follow(other.mixer(), 44100);
     CHECK_FALSE(monitor.status().recording);
     CHECK(monitor.status().error.find("sample rate") != std::string::npos);
     CHECK(sound_info(file).samples == 20 * kTakeBlock);
     CHECK(sound_info(file).sample_rate_hz == kRate_hz);
     // The next one has the new rate.
     const auto next = folder.path() / "next.wav";
-    take(other, 10, [&](int block) {
+    other.take(10, [&](int block) {
         if (block == 0) monitor.record(next);
     });
     monitor.stop_recording();
