@@ -50,15 +50,11 @@ std::uint64_t hash_of(const std::vector<Object>& objects) {
     return hash;
 }
 
-/// The pairs of all sources with some listeners, [source * listeners + listener].
-struct PairSet {
-    std::vector<SpecularSound> images;
-    std::vector<EnergyResponse> responses;
-    std::vector<PairMemory> memories;  ///< of the direct sound
-
-    PairSet() = default;
-    PairSet(std::size_t count, const EnergyResponse& silent)
-        : images(count), responses(count, silent), memories(count) {}
+/// A source and its pairs.
+struct SourceState {
+    std::shared_ptr<const EmissionSampler> sampler;  ///< null: omnidirectional
+    std::vector<Pair> pairs;                         ///< [listener]
+    std::vector<Pair> at_rest{};                     ///< [receiver] of the newest responses_at()
 };
 
 }  // namespace
@@ -78,15 +74,11 @@ struct Propagation::State {
     std::optional<DirectSound> direct_sound;  // where the scene has edges that diffract it
     std::unique_ptr<ResponseEstimator> estimator;
     PatchPropagation* patches = nullptr;  // the estimator; null for those without patches
-    PairSet pairs;                        // of all listeners
-    std::optional<FrameInput> at_rest;    // of the newest responses_at()
-    std::vector<PairMemory> at_rest_memories;
+    std::vector<SourceState> sources;
+    std::optional<FrameInput> at_rest;  // of the newest responses_at()
     std::uint64_t seed;
     std::uint64_t frame = 0;
     double travel_m = 0;  // accumulated movement of the scene since the start
-    std::size_t source_count;
-    std::vector<std::shared_ptr<const EmissionSampler>>
-        samplers;  // [source]; null: omnidirectional
     std::size_t next_source_id;
     FrameStatistics statistics;
 
@@ -107,16 +99,14 @@ struct Propagation::State {
               derive_seed(settings.seed, SeedPurpose::specular),
               settings.order > 0 ? 0 : bins.length_s() * double{scene.medium.speed_of_sound_m_s()}),
           seed(settings.seed),
-          source_count(scene.sources.size()),
-          next_source_id(source_count + listeners) {
+          next_source_id(scene.sources.size() + listeners) {
         if (simulation.direct && simulation.diffraction_order > 0) {
             direct_sound.emplace(rays, speed_of_sound_m_s, simulation.diffraction_order);
             const SceneEdges& edges = direct_sound->edges();
             if (edges.count() == 0 && !edges.has_small()) direct_sound.reset();
         }
         for (const Source& source : scene.sources)
-            samplers.push_back(sampler_of(source.directivity));
-        clear_responses();
+            sources.push_back(make_source(source.directivity));
         TraceSettings trace;
         trace.rays = simulation.ray_count();
         trace.order = simulation.order;
@@ -127,12 +117,12 @@ struct Propagation::State {
         if (simulation.estimator == Estimator::patch) {
             auto made =
                 std::make_unique<PatchPropagation>(rays, specular, simulation, trace, bins, inside,
-                                                   source_count, listener_count, workers);
+                                                   sources.size(), listener_count, workers);
             patches = made.get();
             estimator = std::move(made);
         } else {
             estimator = std::make_unique<PathPropagation>(rays, specular, simulation, trace,
-                                                          source_count, listener_count, workers);
+                                                          sources.size(), listener_count, workers);
         }
         if (direct_sound) search_at_start();
     }
@@ -141,20 +131,15 @@ struct Propagation::State {
     void search_at_start() {
         const Vec3 listener = scene.listener.pose_at(0).position;
         direct_sound->begin_frame(false);
-        for (std::size_t s = 0; s < source_count; ++s) {
-            const Vec3 source = scene.sources[s].position_at(0);
-            direct_sound->search({&source, 1}, {&listener, 1},
-                                 {&pairs.memories[s * listener_count], 1});
-        }
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            direct_sound->search(scene.sources[s].position_at(0), listener,
+                                 sources[s].pairs[0].memory);
     }
 
     /// Discards what search_at_start() found for pairs that are elsewhere in the first frame.
-    void begin_elsewhere(const FrameInput& input, bool moved) {
-        for (std::size_t i = 0; i < pairs.memories.size(); ++i) {
-            const Vec3& source = input.sources[i / listener_count];
-            const Vec3& listener = input.listeners[i % listener_count];
-            if (moved || !pairs.memories[i].chains.is_between(source, listener))
-                pairs.memories[i] = {};
+    static void begin_elsewhere(std::span<const FramePair> pairs, bool moved) {
+        for (const FramePair& p : pairs) {
+            if (moved || !p.pair.memory.chains.is_between(p.source, p.listener)) p.pair.memory = {};
         }
     }
 
@@ -179,40 +164,32 @@ struct Propagation::State {
     EnergyResponse silent() const { return EnergyResponse::silent(bins, speed_of_sound_m_s); }
 
     /// Sets what the responses of all sources at some listeners say of their place.
-    void set_places(std::span<const Vec3> listeners, std::vector<EnergyResponse>& responses) const {
-        for (std::size_t pair = 0; pair < responses.size(); ++pair) {
-            responses[pair].listener = listeners[pair % listeners.size()];
-            responses[pair].room = room;
+    void set_places(std::span<const Vec3> listeners, std::span<const FramePair> pairs) const {
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            pairs[i].pair.response.listener = listeners[i % listeners.size()];
+            pairs[i].pair.response.room = room;
         }
     }
 
-    void clear_responses() { pairs = PairSet(source_count * listener_count, silent()); }
+    std::vector<Pair> silent_pairs() const {
+        return std::vector<Pair>(listener_count, {silent(), {}, {}});
+    }
 
-    static std::shared_ptr<const EmissionSampler> sampler_of(const Directivity& directivity) {
-        if (directivity.is_omnidirectional()) return nullptr;
-        return std::make_shared<EmissionSampler>(directivity);
+    SourceState make_source(const Directivity& directivity) const {
+        return {directivity.is_omnidirectional() ? nullptr
+                                                 : std::make_shared<EmissionSampler>(directivity),
+                silent_pairs()};
     }
 
     void add_source(const Pose& pose, const Directivity& directivity) {
-        ++source_count;
-        samplers.push_back(sampler_of(directivity));
-        pairs.responses.resize(source_count * listener_count, silent());
-        pairs.images.resize(pairs.responses.size());
-        pairs.memories.resize(pairs.responses.size());
-        estimator->add_source(next_source_id++, pose.position, {samplers.back(), pose.rotation()});
+        sources.push_back(make_source(directivity));
+        at_rest.reset();  // no search has been made for its pairs
+        estimator->add_source(next_source_id++, pose.position,
+                              {sources.back().sampler, pose.rotation()});
     }
 
     void remove_source(std::size_t source) {
-        const auto erase_pairs = [&](auto& of_pairs) {
-            const auto first =
-                of_pairs.begin() + static_cast<std::ptrdiff_t>(source * listener_count);
-            of_pairs.erase(first, first + static_cast<std::ptrdiff_t>(listener_count));
-        };
-        --source_count;
-        erase_pairs(pairs.responses);
-        erase_pairs(pairs.images);
-        samplers.erase(samplers.begin() + static_cast<std::ptrdiff_t>(source));
-        erase_pairs(pairs.memories);
+        sources.erase(sources.begin() + static_cast<std::ptrdiff_t>(source));
         estimator->remove_source(source);
     }
 
@@ -230,7 +207,7 @@ struct Propagation::State {
     void restart() {
         frame = 0;
         specular.restart(derive_seed(seed, SeedPurpose::specular));
-        clear_responses();
+        for (SourceState& source : sources) source.pairs = silent_pairs();
         estimator->restart();
     }
 
@@ -246,39 +223,49 @@ struct Propagation::State {
     PropagationFrame frame_of(const FrameInput& input, std::uint64_t number) const {
         PropagationFrame made{input, number, derive_seed(seed, SeedPurpose::frame, number),
                               travel_m};
-        for (std::size_t s = 0; s < source_count; ++s)
-            made.directivities.push_back(directivity(s, input));
+        for (std::size_t s = 0; s < sources.size(); ++s) {
+            const bool turned = sources[s].sampler && !input.source_rotations.empty();
+            made.directivities.emplace_back(sources[s].sampler,
+                                            turned ? input.source_rotations[s] : glm::mat3(1));
+        }
         return made;
     }
 
-    OrientedDirectivity directivity(std::size_t source, const FrameInput& input) const {
-        if (!samplers[source]) return {};
-        const bool turned = !input.source_rotations.empty();
-        return {samplers[source], turned ? input.source_rotations[source] : glm::mat3(1)};
+    /// `pairs` or `at_rest` of all sources in a frame, [source * listeners + listener].
+    std::vector<FramePair> pairs_of(const PropagationFrame& frame,
+                                    std::vector<Pair> SourceState::*of_source) {
+        std::vector<FramePair> pairs;
+        for (std::size_t s = 0; s < sources.size(); ++s)
+            for (std::size_t l = 0; l < frame.input.listeners.size(); ++l)
+                pairs.push_back({frame.input.sources[s], frame.input.listeners[l],
+                                 frame.directivities[s], (sources[s].*of_source)[l]});
+        return pairs;
     }
 
     /// The direct sound over edges and through walls, as the paths of all responses. A straight
     /// path without edges near it is left to find_specular().
-    void find_direct_sound(const FrameInput& input, PairSet& set) {
-        for (EnergyResponse& response : set.responses) response.paths.clear();
+    void find_direct_sound(std::span<const FramePair> pairs) {
+        for (const FramePair& p : pairs) p.pair.response.paths.clear();
         if (!simulation.direct || !(direct_sound || rays.transmits())) return;
-        if (direct_sound) direct_sound->search(input.sources, input.listeners, set.memories);
-        workers.run(set.responses.size(), [&](std::size_t pair) {
-            const Vec3& source = input.sources[pair / input.listeners.size()];
-            const Vec3& listener = input.listeners[pair % input.listeners.size()];
-            const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
-            std::vector<SoundPath>& paths = set.responses[pair].paths;
+        for (std::size_t turn = 0; direct_sound && turn < pairs.size(); ++turn) {
+            const FramePair& p =
+                pairs[(direct_sound->first_pair(pairs.size()) + turn) % pairs.size()];
+            direct_sound->search(p.source, p.listener, p.pair.memory);
+        }
+        workers.run(pairs.size(), [&](std::size_t i) {
+            const auto& [source, listener, directivity, pair] = pairs[i];
+            std::vector<SoundPath>& paths = pair.response.paths;
             if (direct_sound) {
-                paths = direct_sound->find(source, listener, of_source, attenuation_per_m,
-                                           set.memories[pair]);
+                paths = direct_sound->find(source, listener, directivity, attenuation_per_m,
+                                           pair.memory);
             } else if (auto path = path_through_walls(rays, source, listener, attenuation_per_m)) {
-                path->energy *= of_source.factor(path->departure);
+                path->energy *= directivity.factor(path->departure);
                 paths.push_back(*std::move(path));
             }
         });
         if (direct_sound) statistics.edges = direct_sound->edges().count();
-        for (const EnergyResponse& response : set.responses) {
-            for (const SoundPath& path : response.paths) {
+        for (const FramePair& p : pairs) {
+            for (const SoundPath& path : p.pair.response.paths) {
                 if (path.kind == SoundPath::Kind::bent) ++statistics.bent_paths;
                 if (path.kind == SoundPath::Kind::through_walls) ++statistics.wall_paths;
             }
@@ -288,97 +275,92 @@ struct Propagation::State {
     /// Adds the diffraction of the first-order image sources at the edges of their faces to the
     /// paths of all responses. Where rays count image sources of order 1, these are left as they
     /// are.
-    void complete_reflections(const FrameInput& input, PairSet& set) {
+    void complete_reflections(std::span<const FramePair> pairs) {
         if (!direct_sound || specular.listed_order() == 0) return;
         const FirstOrderImages first_order{specular.planes(), specular.first_order_ids(),
                                            specular.order()};
-        workers.run(set.responses.size(), [&](std::size_t pair) {
-            direct_sound->complete_reflections(
-                set.responses[pair].paths, input.sources[pair / input.listeners.size()],
-                input.listeners[pair % input.listeners.size()], first_order,
-                directivity(pair / input.listeners.size(), input), attenuation_per_m,
-                set.memories[pair]);
+        workers.run(pairs.size(), [&](std::size_t i) {
+            const auto& [source, listener, directivity, pair] = pairs[i];
+            direct_sound->complete_reflections(pair.response.paths, source, listener, first_order,
+                                               directivity, attenuation_per_m, pair.memory);
         });
     }
 
     /// Adds the image sources to the paths of all responses, and the direct sound if it is
     /// straight.
-    void find_specular(const FrameInput& input, PairSet& set) {
-        const auto find = [&](std::size_t pair, WorkerPool* shared) {
-            std::vector<SoundPath>& paths = set.responses[pair].paths;
+    void find_specular(std::span<const FramePair> pairs) {
+        const auto find = [&](std::size_t i, WorkerPool* shared) {
+            const auto& [source, listener, directivity, pair] = pairs[i];
+            std::vector<SoundPath>& paths = pair.response.paths;
             const bool all_through_walls = std::all_of(
                 paths.begin(), paths.end(),
                 [](const SoundPath& path) { return path.kind == SoundPath::Kind::through_walls; });
-            set.images[pair] = specular.find(input.sources[pair / input.listeners.size()],
-                                             input.listeners[pair % input.listeners.size()],
-                                             simulation.direct && all_through_walls,
-                                             attenuation_per_m, shared, source_count);
-            std::vector<SoundPath>& found = set.images[pair].paths;
-            const OrientedDirectivity of_source = directivity(pair / input.listeners.size(), input);
-            if (!of_source.is_omnidirectional()) {
-                for (SoundPath& path : found) path.energy *= of_source.factor(path.departure);
+            pair.images = specular.find(source, listener, simulation.direct && all_through_walls,
+                                        attenuation_per_m, shared, sources.size());
+            std::vector<SoundPath>& found = pair.images.paths;
+            if (!directivity.is_omnidirectional()) {
+                for (SoundPath& path : found) path.energy *= directivity.factor(path.departure);
             }
             const auto middle = paths.insert(paths.end(), found.begin(), found.end());
             std::inplace_merge(
                 paths.begin(), middle, paths.end(),
                 [](const SoundPath& a, const SoundPath& b) { return a.length_m < b.length_m; });
         };
-        const std::size_t count = set.responses.size();
-        if (count < static_cast<std::size_t>(workers.threads())) {
-            for (std::size_t pair = 0; pair < count; ++pair) find(pair, &workers);
+        if (pairs.size() < static_cast<std::size_t>(workers.threads())) {
+            for (std::size_t i = 0; i < pairs.size(); ++i) find(i, &workers);
         } else {
-            workers.run(count, [&](std::size_t pair) { find(pair, nullptr); });
+            workers.run(pairs.size(), [&](std::size_t i) { find(i, nullptr); });
         }
-        for (const SpecularSound& sound : set.images)
-            statistics.image_reflections += sound.reflections;
+        for (const FramePair& p : pairs) statistics.image_reflections += p.pair.images.reflections;
     }
 
     /// Replaces the paths of all responses: direct sound and image sources, with their diffraction.
-    void find_paths(const FrameInput& input, std::uint64_t number, PairSet& set) {
+    void find_paths(const PropagationFrame& frame, std::span<const FramePair> pairs) {
         Stopwatch watch;
-        find_direct_sound(input, set);
+        find_direct_sound(pairs);
         statistics.diffraction_s += watch.lap_s();
-        for (const Vec3& listener : input.listeners) specular.discover(listener, number, &workers);
-        find_specular(input, set);
+        for (const Vec3& listener : frame.input.listeners)
+            specular.discover(listener, frame.number, &workers);
+        find_specular(pairs);
         statistics.specular_s += watch.lap_s();
-        complete_reflections(input, set);
+        complete_reflections(pairs);
         statistics.diffraction_s += watch.lap_s();
     }
 
-    /// The pairs of all sources with receivers, which are the listeners of `input`. The searches
+    /// The pairs of all sources with receivers, which are the listeners of `frame`. The searches
     /// for paths over edges go on until as many frames as test all edges change nothing. Their
     /// results remain while no position changes.
-    PairSet resting_pairs(const FrameInput& input) {
+    std::vector<FramePair> resting_pairs(const PropagationFrame& frame) {
         constexpr int kMaxFrames = 64;
+        const FrameInput& input = frame.input;
         const bool continues =
             at_rest && at_rest->sources == input.sources && at_rest->listeners == input.listeners;
-        PairSet set(source_count * input.listeners.size(), silent());
-        if (continues) set.memories = std::move(at_rest_memories);
+        for (SourceState& source : sources) {
+            source.at_rest.resize(input.listeners.size());
+            for (Pair& pair : source.at_rest)
+                pair = {silent(), {}, continues ? std::move(pair.memory) : PairMemory{}};
+        }
         at_rest = input;
-        if (!direct_sound) return set;
-        std::vector<std::size_t> open(continues ? 0 : set.memories.size());
+        std::vector<FramePair> pairs = pairs_of(frame, &SourceState::at_rest);
+        if (!direct_sound) return pairs;
+        std::vector<std::size_t> open(continues ? 0 : pairs.size());
         std::iota(open.begin(), open.end(), std::size_t{0});
-        const auto source = [&](std::size_t pair) { return pair / input.listeners.size(); };
-        const auto listener = [&](std::size_t pair) { return pair % input.listeners.size(); };
         for (int number = 0; number < kMaxFrames && !open.empty(); ++number) {
-            for (const std::size_t pair : open) {
+            for (const std::size_t i : open) {
                 // The work of a frame for each pair.
                 direct_sound->begin_frame(false);
-                direct_sound->search({&input.sources[source(pair)], 1},
-                                     {&input.listeners[listener(pair)], 1},
-                                     {&set.memories[pair], 1});
+                direct_sound->search(pairs[i].source, pairs[i].listener, pairs[i].pair.memory);
             }
             workers.run(open.size(), [&](std::size_t i) {
-                direct_sound->find(
-                    input.sources[source(open[i])], input.listeners[listener(open[i])],
-                    directivity(source(open[i]), input), attenuation_per_m, set.memories[open[i]]);
+                const auto& [source, listener, directivity, pair] = pairs[open[i]];
+                direct_sound->find(source, listener, directivity, attenuation_per_m, pair.memory);
             });
-            std::erase_if(open, [&](std::size_t pair) {
-                return set.memories[pair].equal_frames >= NearEdges::kTurns;
+            std::erase_if(open, [&](std::size_t i) {
+                return pairs[i].pair.memory.equal_frames >= NearEdges::kTurns;
             });
         }
         direct_sound->begin_frame(false);
-        return set;
+        return pairs;
     }
 };
 
@@ -396,7 +378,7 @@ void Propagation::add_source(const Pose& pose, const Directivity& directivity) {
 
 void Propagation::remove_source(std::size_t source) { state_->remove_source(source); }
 
-std::size_t Propagation::source_count() const { return state_->source_count; }
+std::size_t Propagation::source_count() const { return state_->sources.size(); }
 
 void Propagation::set_object_material(std::size_t object, const Material& material) {
     const bool transmits = state_->simulation.transmission;
@@ -412,9 +394,9 @@ void Propagation::change_material(std::size_t material, const Material& coeffici
 
 void Propagation::step(const FrameInput& given) {
     State& s = *state_;
-    assert(given.sources.size() == s.source_count);
+    assert(given.sources.size() == s.sources.size());
     assert(given.listeners.size() == s.listener_count);
-    assert(given.source_rotations.empty() || given.source_rotations.size() == s.source_count);
+    assert(given.source_rotations.empty() || given.source_rotations.size() == s.sources.size());
     s.statistics = {};
 
     // Move the objects.
@@ -427,13 +409,15 @@ void Propagation::step(const FrameInput& given) {
         if (s.patches) s.patches->scene_moved();
     }
     const FrameInput input = s.nudged(given);
+    const PropagationFrame frame = s.frame_of(input, s.frame);
+    const std::vector<FramePair> pairs = s.pairs_of(frame, &SourceState::pairs);
 
     if (s.direct_sound) s.direct_sound->begin_frame(moved_m > 0);
-    if (s.direct_sound && s.frame == 0) s.begin_elsewhere(input, moved_m > 0);
+    if (s.direct_sound && s.frame == 0) State::begin_elsewhere(pairs, moved_m > 0);
     // The paths that image sources count are selected before the rays' paths are evaluated.
-    s.find_paths(input, s.frame, s.pairs);
-    s.estimator->step(s.frame_of(input, s.frame), s.pairs.images, s.pairs.responses, s.statistics);
-    s.set_places(given.listeners, s.pairs.responses);
+    s.find_paths(frame, pairs);
+    s.estimator->step(frame, pairs, s.statistics);
+    s.set_places(given.listeners, pairs);
     ++s.frame;
 }
 
@@ -446,18 +430,23 @@ std::vector<EnergyResponse> Propagation::responses_at(const FrameInput& given,
     FrameInput input = given;
     input.listeners.assign(receivers.begin(), receivers.end());
     input = s.nudged(input);
-    PairSet set = s.resting_pairs(input);
-    s.find_paths(input, s.frame - 1, set);
-    s.at_rest_memories = std::move(set.memories);
+    const PropagationFrame frame = s.frame_of(input, s.frame - 1);
+    const std::vector<FramePair> pairs = s.resting_pairs(frame);
+    s.find_paths(frame, pairs);
     of_step.image_reflections = s.statistics.image_reflections;
     s.statistics = of_step;
-    s.patches->gather_at(s.frame_of(input, s.frame - 1), set.images, set.responses, s.statistics);
-    s.set_places(receivers, set.responses);
-    return std::move(set.responses);
+    s.patches->gather_at(frame, pairs, s.statistics);
+    s.set_places(receivers, pairs);
+    std::vector<EnergyResponse> responses;
+    for (const FramePair& p : pairs) {
+        responses.push_back(std::move(p.pair.response));
+        p.pair.images = {};  // of many receivers they need much memory
+    }
+    return responses;
 }
 
 const EnergyResponse& Propagation::response(std::size_t source, std::size_t listener) const {
-    return state_->pairs.responses[source * state_->listener_count + listener];
+    return state_->sources[source].pairs[listener].response;
 }
 
 void Propagation::restart(std::uint64_t seed) {

@@ -65,17 +65,6 @@ void DirectSound::follow(MovableObject& object) {
     for (const std::uint32_t t : object.triangles) object.bounds.add(scene_.triangle(t).vertices);
 }
 
-void DirectSound::search(std::span<const Vec3> sources, std::span<const Vec3> listeners,
-                         std::span<PairMemory> memories) {
-    // The work of a frame is limited: each frame begins with another pair.
-    const std::size_t count = memories.size();
-    for (std::size_t turn = 0; turn < count; ++turn) {
-        const std::size_t pair = (static_cast<std::size_t>(frames_) + turn) % count;
-        chains_.search(sources[pair / listeners.size()], listeners[pair % listeners.size()],
-                       memories[pair].chains);
-    }
-}
-
 /// All that a frame leaves is a function of the inputs and of what the frames before left. If
 /// nothing changes in as many frames as test all edges, nothing will change in the next one.
 std::vector<SoundPath> DirectSound::find(const Vec3& source, const Vec3& listener,

@@ -1,8 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "aula/engine/energy_response.h"
@@ -31,10 +31,16 @@ class DirectSound {
         ++materials_;
     }
 
-    /// Searches for chains of edges in the scene of this frame; call before find(). `memories` are
-    /// those of all pairs, [source * listeners + listener].
-    void search(std::span<const Vec3> sources, std::span<const Vec3> listeners,
-                std::span<PairMemory> memories);
+    /// Searches for chains of edges in the scene of this frame; call before find(). The work of a
+    /// frame is limited: see first_pair().
+    void search(const Vec3& source, const Vec3& listener, PairMemory& memory) {
+        chains_.search(source, listener, memory.chains);
+    }
+
+    /// Which of `count` >= 1 pairs this frame searches first: each frame begins with another one.
+    std::size_t first_pair(std::size_t count) const {
+        return static_cast<std::size_t>(frames_) % count;
+    }
 
     const SceneEdges& edges() const { return edges_; }
 

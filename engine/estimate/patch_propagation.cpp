@@ -58,7 +58,6 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
       listener_radius_m_(simulation.listener_radius_m),
       speed_of_sound_m_s_(trace.speed_of_sound_m_s),
       memory_bytes_(simulation.memory_mb * 1e6),
-      source_count_(source_count),
       listener_count_(listener_count),
       grid_(scene, simulation.patch_size_m, inside, derive_seed(simulation.seed, SeedPurpose::grid),
             workers, max_rows(memory_bytes_, bins_, source_count, listener_count)),
@@ -71,9 +70,9 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     gather_settings_.mirrors = simulation.order == 0;
     gather_settings_.max_length_m = trace.max_length_m;
     gather_settings_.attenuation_per_m = trace.attenuation_per_m;
-    for (std::size_t id = 0; id < emitter_count(); ++id)
-        ends_.push_back(make_end(id, id >= source_count_));
-    pairs_.assign(source_count_ * listener_count_, silent_pair());
+    for (std::size_t id = 0; id < source_count + listener_count; ++id)
+        ends_.push_back(make_end(id, id >= source_count));
+    divide_segments();
     // The first frame fills a cache.
     row_pool_->reserve(grid_.reached_rows(), 0, std::numeric_limits<std::size_t>::max());
 }
@@ -105,44 +104,33 @@ void PatchPropagation::find_mirrors() {
                            });
 }
 
-PairResponse PatchPropagation::silent_pair() const {
-    return {EnergyResponse::silent(bins_, speed_of_sound_m_s_), window_frames_};
-}
-
 void PatchPropagation::restart() {
     for (End& end : ends_) end = make_end(end.id, end.cache.directed());
+    divide_segments();
     last_move_.reset();
-    pairs_.clear();
-    pairs_.assign(source_count_ * listener_count_, silent_pair());
 }
 
 void PatchPropagation::add_source(std::size_t id, const Vec3& position,
                                   const OrientedDirectivity& directivity) {
-    const auto index = static_cast<std::ptrdiff_t>(source_count_);
-    const bool has_frames = !ends_.empty() && ends_.back().state;
-    ++source_count_;
+    const auto index = static_cast<std::ptrdiff_t>(source_count());
     End& source = *ends_.insert(ends_.begin() + index, make_end(id, false));
-    if (has_frames) {
+    if (ends_.back().state) {
         source.state = {0, position, travel_m_};
         source.directivity = directivity;
         source.receiver = make_receiver(scene_, position, listener_radius_m_);
     }
-    pairs_.resize(source_count_ * listener_count_, silent_pair());
     divide_segments();
 }
 
 void PatchPropagation::remove_source(std::size_t source) {
-    --source_count_;
     ends_.erase(ends_.begin() + static_cast<std::ptrdiff_t>(source));
-    const auto first = pairs_.begin() + static_cast<std::ptrdiff_t>(source * listener_count_);
-    pairs_.erase(first, first + static_cast<std::ptrdiff_t>(listener_count_));
     divide_segments();
 }
 
 Emitter PatchPropagation::emitter(std::size_t e, const PropagationFrame& frame) const {
-    if (e < source_count_)
+    if (e < source_count())
         return {ends_[e].id, frame.input.sources[e], false, frame.directivities[e]};
-    return {ends_[e].id, frame.input.listeners[e - source_count_], true};
+    return {ends_[e].id, frame.input.listeners[e - source_count()], true};
 }
 
 /// Removes what is invalid since the last frame.
@@ -155,7 +143,7 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
         End& end = ends_[i];
         double travel_m = frame.travel_m;
         // A source that turns counts as moved: rays of listeners do not depend on its orientation.
-        if (i < source_count_) {
+        if (i < source_count()) {
             if (end.state) end.turned_m += frame.directivities[i].turned_m(end.directivity);
             travel_m += end.turned_m;
             end.directivity = frame.directivities[i];
@@ -174,26 +162,25 @@ void PatchPropagation::advance(const PropagationFrame& frame) {
             end.receiver = make_receiver(scene_, now.emitter, listener_radius_m_);
         end.state = now;
     }
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        const auto [source, listener] = ends_of(i);
-        pairs_[i].begin_frame(moved_m[source] + moved_m[listener]);
-    }
+    for (std::size_t s = 0; s < source_count(); ++s)
+        for (std::size_t l = 0; l < listener_count_; ++l)
+            ends_[s].pairs[l].begin_frame(moved_m[s] + moved_m[source_count() + l]);
 }
 
 /// Number of batches that each emitter traces.
 std::vector<int> PatchPropagation::plan_batches(std::span<const EmitterStatus> status,
                                                 std::uint64_t frame) const {
-    std::vector<EmitterStatus> sources(status.begin(),
-                                       status.begin() + static_cast<std::ptrdiff_t>(source_count_));
+    std::vector<EmitterStatus> sources(
+        status.begin(), status.begin() + static_cast<std::ptrdiff_t>(source_count()));
     // The plan prefers listeners to sources that move.
     if (from_listeners_)
         for (EmitterStatus& source : sources) source.changed = true;
+    const std::vector<PairStatus> pairs = pair_status();
     const bool turn_of_listeners =
         frame % kReserveTurn == 0 &&
-        std::all_of(pairs_.begin(), pairs_.end(),
-                    [&](const PairResponse& pair) { return pair.holds(window_frames_); });
+        std::all_of(pairs.begin(), pairs.end(), [](const PairStatus& p) { return p.at_rest; });
     const EmissionPlan plan =
-        plan_emission(sources, status.subspan(source_count_), turn_of_listeners,
+        plan_emission(sources, status.subspan(source_count()), turn_of_listeners,
                       tracer_.batch_count(), tracer_.rays_of(1));
     std::vector<int> batches = plan.sources;
     batches.insert(batches.end(), plan.listeners.begin(), plan.listeners.end());
@@ -256,11 +243,12 @@ std::vector<std::uint64_t> PatchPropagation::emitted() const {
 /// Each pair of source and listener, as input to the plan of the gathers.
 std::vector<PairStatus> PatchPropagation::pair_status() const {
     std::vector<PairStatus> pairs;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        const PairResponse& pair = pairs_[i];
-        const auto [source, listener] = ends_of(i);
-        pairs.push_back({source, listener, pair.frames(), pair.holds(window_frames_),
-                         ends_[source].status.changed && pair.frames() >= window_frames_});
+    for (std::size_t s = 0; s < source_count(); ++s) {
+        for (std::size_t l = 0; l < listener_count_; ++l) {
+            const PairResponse& pair = ends_[s].pairs[l];
+            pairs.push_back({s, source_count() + l, pair.frames(), pair.holds(window_frames_),
+                             ends_[s].status.changed && pair.frames() >= window_frames_});
+        }
     }
     return pairs;
 }
@@ -290,15 +278,15 @@ std::uint64_t PatchPropagation::gather_seed(const PropagationFrame& frame,
     return derive_seed(frame.seed, SeedPurpose::gather, receiver);
 }
 
-void PatchPropagation::gather(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                              std::span<EnergyResponse> responses, FrameStatistics& statistics) {
+void PatchPropagation::gather(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                              FrameStatistics& statistics) {
     const std::vector<char> wanted = pairs_to_gather(pair_status(), frame.number);
     const GatherPlan plan = plan_gather(frame.number, wanted, emitted());
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-        if (wanted[i]) pairs_[i].begin_gather();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        if (wanted[i]) response_of(i).begin_gather();
     }
     std::vector<std::function<void()>> jobs;
-    for (std::size_t i = 0; mirrors_ && i < pairs_.size(); ++i)
+    for (std::size_t i = 0; mirrors_ && i < pairs.size(); ++i)
         jobs.emplace_back([this, i] { detect(i); });
     for (std::size_t first = 0, end = 0; first < emitter_count(); first = end) {
         int rays = plan.at[end++].rays;
@@ -306,8 +294,8 @@ void PatchPropagation::gather(const PropagationFrame& frame, std::span<const Spe
             rays += plan.at[end++].rays;
         gather_at_receivers(first, end, frame, plan, std::exchange(jobs, {}), statistics);
     }
-    workers_.run(pairs_.size(),
-                 [&](std::size_t i) { complete_pair(i, wanted[i] != 0, images[i], responses[i]); });
+    workers_.run(pairs.size(),
+                 [&](std::size_t i) { complete_pair(i, wanted[i] != 0, pairs[i].pair); });
 }
 
 /// The gathers at the emitters [first, end). Other `jobs` are done with the tracing.
@@ -331,7 +319,7 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
             const auto [source, listener] = ends_of(i);
             const GatherPlan::Shares& shares = plan.shares[i];
             GatheredEnergy& energy =
-                energies.try_emplace(i, pairs_[i].gathered(), divisions(gathered.size()))
+                energies.try_emplace(i, response_of(i).gathered(), divisions(gathered.size()))
                     .first->second;
             energy.add(gather.hits(), ends_[receiver.is_listener ? source : listener].cache,
                        receiver.is_listener ? shares.source : shares.listener);
@@ -346,25 +334,24 @@ void PatchPropagation::gather_at_receivers(std::size_t first, std::size_t end,
 void PatchPropagation::detect(std::size_t i) {
     const End& source = ends_[ends_of(i).source];
     const End& listener = ends_[ends_of(i).listener];
-    pairs_[i].detect(scene_, source.segments, listener.receiver, listener.segments, source.receiver,
-                     source.directivity);
+    response_of(i).detect(scene_, source.segments, listener.receiver, listener.segments,
+                          source.receiver, source.directivity);
 }
 
 /// Updates a pair's response: the gathered energy and the segments whose paths no image source
 /// counts now.
-void PatchPropagation::complete_pair(std::size_t i, bool gathered, const SpecularSound& images,
-                                     EnergyResponse& response) {
-    PairResponse& pair = pairs_[i];
+void PatchPropagation::complete_pair(std::size_t i, bool gathered, Pair& pair) {
+    PairResponse& mean = response_of(i);
     const auto [source, listener] = ends_of(i);
-    if (gathered) pair.end_gather(ends_[source].cache.emitted() + ends_[listener].cache.emitted());
+    if (gathered) mean.end_gather(ends_[source].cache.emitted() + ends_[listener].cache.emitted());
     if (!gathered && !mirrors_) return;
-    response.energy = pair.response().energy;
-    response.directions = pair.response().directions;
-    if (mirrors_) pair.add_detected_to(images, response);
+    pair.response.energy = mean.response().energy;
+    pair.response.directions = mean.response().directions;
+    if (mirrors_) mean.add_detected_to(pair.images, pair.response);
 }
 
-void PatchPropagation::step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                            std::span<EnergyResponse> responses, FrameStatistics& statistics) {
+void PatchPropagation::step(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                            FrameStatistics& statistics) {
     Stopwatch watch;
     advance(frame);
     statistics.cache_s += watch.lap_s();
@@ -374,7 +361,7 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
     update(batches);
     statistics.cache_s += watch.lap_s();
 
-    gather(frame, images, responses, statistics);
+    gather(frame, pairs, statistics);
     statistics.gather_s += watch.lap_s();
 
     reserve_rows(frame.number);
@@ -388,9 +375,8 @@ void PatchPropagation::step(const PropagationFrame& frame, std::span<const Specu
 }
 
 /// The sources' caches serve all receivers, which therefore need no caches.
-void PatchPropagation::gather_at(const PropagationFrame& frame,
-                                 std::span<const SpecularSound> images,
-                                 std::span<EnergyResponse> responses, FrameStatistics& statistics) {
+void PatchPropagation::gather_at(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                                 FrameStatistics& statistics) {
     const std::vector<Vec3>& at = frame.input.listeners;
     resting_.resize(at.size());
     for (std::size_t r = 0; mirrors_ && r < at.size(); ++r) {
@@ -406,22 +392,20 @@ void PatchPropagation::gather_at(const PropagationFrame& frame,
                            gather_seed(frame, emitter_count() + r));
         workers_.run(gather.batch_count(), [&](std::size_t batch) { gather.trace(batch); });
         GatheredEnergies energies;
-        for (std::size_t s = 0; s < source_count_; ++s) {
-            const auto added =
-                energies.try_emplace(s, responses[s * at.size() + r], divisions(source_count_))
-                    .first;
+        for (std::size_t s = 0; s < source_count(); ++s) {
+            EnergyResponse& response = pairs[s * at.size() + r].pair.response;
+            const auto added = energies.try_emplace(s, response, divisions(source_count())).first;
             added->second.add(gather.hits(), ends_[s].cache, 1);
         }
         statistics.segments += gather.segments();
         statistics.summed_bins += sum(energies, workers_);
     }
     if (!mirrors_) return;
-    workers_.run(responses.size(), [&](std::size_t pair) {
-        const SegmentCache& of_source = ends_[pair / at.size()].segments;
+    workers_.run(pairs.size(), [&](std::size_t i) {
+        const SegmentCache& of_source = ends_[i / at.size()].segments;
         SpecularSum detected(EnergyResponse::silent(bins_, speed_of_sound_m_s_));
-        of_source.add_to(scene_, *resting_[pair % at.size()], {}, false, of_source.rays(),
-                         detected);
-        detected.add_to(images[pair], responses[pair]);
+        of_source.add_to(scene_, *resting_[i % at.size()], {}, false, of_source.rays(), detected);
+        detected.add_to(pairs[i].pair.images, pairs[i].pair.response);
     });
 }
 
@@ -433,7 +417,7 @@ std::vector<PathLine> PatchPropagation::path_lines(const PropagationFrame& frame
 std::vector<PatchEnergy> PatchPropagation::patch_energies(std::size_t source, double begin_s,
                                                           double end_s) const {
     const bool sends = ends_[source].cache.emitted() > 0;
-    return aula::patch_energies(grid_, ends_[sends ? source : source_count_].cache, bins_, begin_s,
+    return aula::patch_energies(grid_, ends_[sends ? source : source_count()].cache, bins_, begin_s,
                                 end_s);
 }
 

@@ -50,8 +50,8 @@ class PatchPropagation final : public ResponseEstimator {
                     const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override { tracer_.set_rays(rays); }
-    void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-              std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
+    void step(const PropagationFrame& frame, std::span<const FramePair> pairs,
+              FrameStatistics& statistics) override;
     std::vector<Ray> rays(const PropagationFrame& frame) const override;
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
                                      int order) const override;
@@ -68,11 +68,11 @@ class PatchPropagation final : public ResponseEstimator {
     /// Updates the patches after RayScene::move.
     void scene_moved();
 
-    /// Adds to `responses` what their paths do not contain, [source * receivers + receiver], from
-    /// the caches of the last step, whose frame `frame` is except for its listeners: these are the
-    /// receivers. `images` are those of the receivers. Adds to `statistics`.
-    void gather_at(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                   std::span<EnergyResponse> responses, FrameStatistics& statistics);
+    /// Adds to the responses of `pairs` what their paths do not contain, [source * receivers +
+    /// receiver], from the caches of the last step, whose frame `frame` is except for its
+    /// listeners: these are the receivers. Adds to `statistics`.
+    void gather_at(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                   FrameStatistics& statistics);
 
     /// See Propagation::patch_energies. If only listeners emit: the energy that would reach the
     /// first listener.
@@ -92,9 +92,10 @@ class PatchPropagation final : public ResponseEstimator {
         // Of sources.
         OrientedDirectivity directivity{};  ///< in the last frame
         double turned_m = 0;                ///< see OrientedDirectivity::turned_m
+        std::vector<PairResponse> pairs{};  ///< [listener]
     };
 
-    /// The ends of a pair, by their index.
+    /// The ends of a pair, by their index in a frame.
     struct PairEnds {
         std::size_t source = 0;
         std::size_t listener = 0;
@@ -103,14 +104,17 @@ class PatchPropagation final : public ResponseEstimator {
     void find_mirrors();
     void clear_caches();
 
-    std::size_t emitter_count() const { return source_count_ + listener_count_; }
+    std::size_t emitter_count() const { return ends_.size(); }
+    std::size_t source_count() const { return ends_.size() - listener_count_; }
     PairEnds ends_of(std::size_t pair) const {
-        return {pair / listener_count_, source_count_ + pair % listener_count_};
+        return {pair / listener_count_, source_count() + pair % listener_count_};
+    }
+    PairResponse& response_of(std::size_t pair) {
+        return ends_[pair / listener_count_].pairs[pair % listener_count_];
     }
     std::size_t max_segments(bool directed) const;
     std::size_t segment_bytes() const;
     void divide_segments();
-    PairResponse silent_pair() const;
     void reserve_rows(std::uint64_t frame);
     End make_end(std::size_t id, bool directed) const;
     Emitter emitter(std::size_t e, const PropagationFrame& frame) const;
@@ -125,16 +129,15 @@ class PatchPropagation final : public ResponseEstimator {
     bool scene_moved_recently(std::uint64_t frame) const;
     GatherPlan plan_gather(std::uint64_t frame, std::span<const char> wanted,
                            std::span<const std::uint64_t> emitted) const;
-    void gather(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                std::span<EnergyResponse> responses, FrameStatistics& statistics);
+    void gather(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                FrameStatistics& statistics);
     void gather_at_receivers(std::size_t first, std::size_t end, const PropagationFrame& frame,
                              const GatherPlan& plan, std::vector<std::function<void()>> jobs,
                              FrameStatistics& statistics);
     GatherSettings gather_settings(int rays) const;
     std::uint64_t gather_seed(const PropagationFrame& frame, std::size_t receiver) const;
     void detect(std::size_t pair);
-    void complete_pair(std::size_t pair, bool gathered, const SpecularSound& images,
-                       EnergyResponse& response);
+    void complete_pair(std::size_t i, bool gathered, Pair& pair);
 
     const RayScene& scene_;
     WorkerPool& workers_;
@@ -146,7 +149,6 @@ class PatchPropagation final : public ResponseEstimator {
     float listener_radius_m_;
     float speed_of_sound_m_s_;
     double memory_bytes_;
-    std::size_t source_count_;
     std::size_t listener_count_;
     PatchGrid grid_;
     DepositTracer tracer_;
@@ -161,8 +163,6 @@ class PatchPropagation final : public ResponseEstimator {
 
     double travel_m_ = 0;
     std::optional<std::uint64_t> last_move_;  // the last frame in which the scene moved
-
-    std::vector<PairResponse> pairs_;  // [source * listener_count + listener]
 };
 
 }  // namespace aula

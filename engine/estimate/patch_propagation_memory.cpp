@@ -33,7 +33,7 @@ double PatchPropagation::max_rows(double memory_bytes, const TimeBins& bins,
 }
 
 std::size_t PatchPropagation::max_segments(bool directed) const {
-    return kMaxSegments / (directed ? listener_count_ : source_count_);
+    return kMaxSegments / (directed ? listener_count_ : source_count());
 }
 
 std::size_t PatchPropagation::segment_bytes() const {
@@ -41,21 +41,27 @@ std::size_t PatchPropagation::segment_bytes() const {
                                     static_cast<double>(emitter_count()));
 }
 
+/// An emitter without rays; divide_segments() bounds its segments.
 PatchPropagation::End PatchPropagation::make_end(std::size_t id, bool directed) const {
-    return {id,
-            PatchCache(bins_.count(), directed, row_pool_),
-            SegmentCache(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m,
-                         max_segments(directed), segment_bytes()),
-            {},
-            {},
-            {},
-            {}};
+    End end{
+        id,
+        PatchCache(bins_.count(), directed, row_pool_),
+        SegmentCache(window_frames_, listener_radius_m_, gather_settings_.attenuation_per_m, 0, 0),
+        {},
+        {},
+        {},
+        {}};
+    if (!directed) {
+        const EnergyResponse silent = EnergyResponse::silent(bins_, speed_of_sound_m_s_);
+        end.pairs.assign(listener_count_, {silent, window_frames_});
+    }
+    return end;
 }
 
 /// Divides the segments among the emitters after their number has changed.
 void PatchPropagation::divide_segments() {
     for (std::size_t e = 0; e < emitter_count(); ++e)
-        ends_[e].segments.set_bounds(max_segments(e >= source_count_), segment_bytes());
+        ends_[e].segments.set_bounds(max_segments(e >= source_count()), segment_bytes());
 }
 
 /// Maps the rows of a listener beside those of a source.
@@ -80,7 +86,7 @@ void PatchPropagation::reserve_rows(std::uint64_t frame) {
     for (std::size_t e = 0; e < emitter_count(); ++e) {
         const std::size_t rows = ends_[e].cache.allocated_rows();
         used += rows;
-        if (e >= source_count_) used_by_listeners += rows;
+        if (e >= source_count()) used_by_listeners += rows;
         most = std::max(most, rows);
     }
     // No more than the rows of all emitters, which the limit of the memory allows. A cache can have

@@ -1,7 +1,6 @@
 #include "engine/estimate/path_propagation.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "engine/base/stopwatch.h"
 #include "engine/trace/detection_spheres.h"
@@ -49,66 +48,53 @@ PathPropagation::PathPropagation(const RayScene& scene, const SpecularPaths& ima
       attenuation_per_m_(trace.attenuation_per_m),
       listener_count_(listener_count),
       subdivision_(scene, simulation.patch_size_m),
-      tracer_(scene, subdivision_, images, trace),
-      ids_(source_count),
-      batches_(source_count) {
-    std::iota(ids_.begin(), ids_.end(), std::size_t{0});
-    set_rays(trace.rays);
-    restart();
+      tracer_(scene, subdivision_, images, trace) {
+    for (std::size_t id = 0; id < source_count; ++id) sources_.push_back(make_source(id));
+    divide_memory();
 }
 
 void PathPropagation::set_rays(int rays) {
     tracer_.set_rays(rays);
-    for (auto& of_source : batches_) {
-        of_source.resize(static_cast<std::size_t>(tracer_.batch_count()));
-    }
-}
-
-/// The memory limit of one cache.
-std::size_t PathPropagation::cache_bytes() const {
-    const std::size_t pairs = std::max<std::size_t>(1, ids_.size() * listener_count_);
-    return static_cast<std::size_t>(memory_bytes_ / static_cast<double>(pairs));
+    for (Source& source : sources_)
+        source.batches.resize(static_cast<std::size_t>(tracer_.batch_count()));
 }
 
 /// Divides the memory among the caches after their number has changed.
 void PathPropagation::divide_memory() {
-    for (DiffusePathCache& cache : caches_) cache.set_memory_bytes(cache_bytes());
-}
-
-/// Appends the caches of one source at all listeners.
-void PathPropagation::add_caches() {
-    if (!readout_) return;
-    for (std::size_t l = 0; l < listener_count_; ++l) {
-        caches_.emplace_back(*readout_, window_frames_, cache_bytes());
+    const auto pairs = static_cast<double>(sources_.size() * listener_count_);
+    for (Source& source : sources_) {
+        for (DiffusePathCache& cache : source.caches)
+            cache.set_memory_bytes(static_cast<std::size_t>(memory_bytes_ / pairs));
     }
 }
 
+/// A source with empty caches, whose memory divide_memory() limits.
+PathPropagation::Source PathPropagation::make_source(std::size_t id) const {
+    Source source{
+        id, std::vector<ArrivalBatch>(static_cast<std::size_t>(tracer_.batch_count())), {}};
+    for (std::size_t l = 0; readout_ && l < listener_count_; ++l)
+        source.caches.emplace_back(*readout_, window_frames_, 0);
+    return source;
+}
+
 void PathPropagation::restart() {
-    caches_.clear();
-    for (std::size_t s = 0; s < ids_.size(); ++s) add_caches();
+    for (Source& source : sources_) source = make_source(source.id);
+    divide_memory();
 }
 
 void PathPropagation::add_source(std::size_t id, const Vec3& /*position*/,
                                  const OrientedDirectivity& /*directivity*/) {
-    ids_.push_back(id);
-    batches_.emplace_back(static_cast<std::size_t>(tracer_.batch_count()));
-    add_caches();
+    sources_.push_back(make_source(id));
     divide_memory();
 }
 
 void PathPropagation::remove_source(std::size_t source) {
-    const auto index = static_cast<std::ptrdiff_t>(source);
-    ids_.erase(ids_.begin() + index);
-    batches_.erase(batches_.begin() + index);
-    if (!readout_) return;
-    const auto listeners = static_cast<std::ptrdiff_t>(listener_count_);
-    const auto first = caches_.begin() + index * listeners;
-    caches_.erase(first, first + listeners);
+    sources_.erase(sources_.begin() + static_cast<std::ptrdiff_t>(source));
     divide_memory();
 }
 
 Emitter PathPropagation::emitter(std::size_t source, const PropagationFrame& frame) const {
-    return {ids_[source], frame.input.sources[source], false, frame.directivities[source]};
+    return {sources_[source].id, frame.input.sources[source], false, frame.directivities[source]};
 }
 
 /// Traces all batches, then collects the arrivals on their segments, whose detection spheres depend
@@ -119,43 +105,42 @@ void PathPropagation::trace(const PropagationFrame& frame) {
         receivers.push_back(make_receiver(scene_, listener, listener_radius_m_));
     }
     const auto batch_count = static_cast<std::size_t>(tracer_.batch_count());
-    workers_.run(batches_.size() * batch_count, [&](std::size_t job) {
+    workers_.run(sources_.size() * batch_count, [&](std::size_t job) {
         const std::size_t source = job / batch_count;
         const std::size_t b = job % batch_count;
-        ArrivalBatch& batch = batches_[source][b];
+        ArrivalBatch& batch = sources_[source].batches[b];
         batch.clear();
         tracer_.trace(emitter(source, frame), receivers, frame.seed, static_cast<int>(b), batch);
     });
-    for (std::vector<ArrivalBatch>& of_source : batches_) size_spheres(std::span(of_source));
-    workers_.run(batches_.size() * batch_count, [&](std::size_t job) {
+    for (Source& source : sources_) size_spheres(std::span(source.batches));
+    workers_.run(sources_.size() * batch_count, [&](std::size_t job) {
         collect_segment_arrivals(scene_, receivers, attenuation_per_m_, ray_count(),
-                                 batches_[job / batch_count][job % batch_count]);
+                                 sources_[job / batch_count].batches[job % batch_count]);
     });
 }
 
-void PathPropagation::step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                           std::span<EnergyResponse> responses, FrameStatistics& statistics) {
+void PathPropagation::step(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                           FrameStatistics& statistics) {
     Stopwatch watch;
     trace(frame);
     statistics.trace_s += watch.lap_s();
-    for (std::size_t s = 0; s < batches_.size(); ++s) {
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
         std::vector<std::vector<Arrival>> at(listener_count_);
-        for (const ArrivalBatch& batch : batches_[s]) {
+        for (const ArrivalBatch& batch : sources_[s].batches) {
             statistics.segments += batch.segment_count;
             for (const Arrival& arrival : batch.arrivals) at[arrival.receiver].push_back(arrival);
         }
         for (std::size_t l = 0; l < listener_count_; ++l) {
-            const std::size_t pair = s * listener_count_ + l;
-            EnergyResponse& response = responses[pair];
-            response.clear_bins();
+            Pair& pair = pairs[s * listener_count_ + l].pair;
+            pair.response.clear_bins();
             if (!readout_) {
-                add_arrivals(at[l], ray_count(), images[pair], response);
+                add_arrivals(at[l], ray_count(), pair.images, pair.response);
                 statistics.memory_bytes += at[l].capacity() * sizeof(Arrival);
                 continue;
             }
-            DiffusePathCache& cache = caches_[pair];
+            DiffusePathCache& cache = sources_[s].caches[l];
             cache.add_frame(at[l], ray_count());
-            cache.add_to(images[pair], response);
+            cache.add_to(pair.images, pair.response);
             statistics.cache_entries += cache.size();
             statistics.memory_bytes += cache.memory_bytes();
         }
@@ -165,7 +150,7 @@ void PathPropagation::step(const PropagationFrame& frame, std::span<const Specul
 
 std::vector<Ray> PathPropagation::rays(const PropagationFrame& frame) const {
     std::vector<Ray> all;
-    for (std::size_t s = 0; s < ids_.size(); ++s) {
+    for (std::size_t s = 0; s < sources_.size(); ++s) {
         for (int b = 0; b < tracer_.batch_count(); ++b) {
             const std::vector<Ray> more = tracer_.rays(emitter(s, frame), frame.seed, b);
             all.insert(all.end(), more.begin(), more.end());

@@ -27,18 +27,23 @@ class PathPropagation final : public ResponseEstimator {
                     const OrientedDirectivity& directivity) override;
     void remove_source(std::size_t source) override;
     void set_rays(int rays) override;
-    void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-              std::span<EnergyResponse> responses, FrameStatistics& statistics) override;
+    void step(const PropagationFrame& frame, std::span<const FramePair> pairs,
+              FrameStatistics& statistics) override;
     std::vector<Ray> rays(const PropagationFrame& frame) const override;
     std::vector<PathLine> path_lines(const PropagationFrame& frame, std::size_t source, int count,
                                      int order) const override;
 
  private:
+    struct Source {
+        std::size_t id = 0;  ///< selects the random numbers
+        std::vector<ArrivalBatch> batches;
+        std::vector<DiffusePathCache> caches;  ///< [listener]; none for `pt`
+    };
+
     int ray_count() const { return tracer_.rays_of(tracer_.batch_count()); }
     Emitter emitter(std::size_t source, const PropagationFrame& frame) const;
-    std::size_t cache_bytes() const;
     void divide_memory();
-    void add_caches();
+    Source make_source(std::size_t id) const;
     void trace(const PropagationFrame& frame);
 
     const RayScene& scene_;
@@ -51,9 +56,7 @@ class PathPropagation final : public ResponseEstimator {
     std::size_t listener_count_;
     PatchSubdivision subdivision_;
     ArrivalTracer tracer_;
-    std::vector<std::size_t> ids_;                    ///< [source] select the random numbers
-    std::vector<std::vector<ArrivalBatch>> batches_;  ///< [source][batch]
-    std::vector<DiffusePathCache> caches_;            ///< [source * listener_count + listener]
+    std::vector<Source> sources_;
 };
 
 }  // namespace aula

@@ -7,6 +7,7 @@
 
 #include "aula/engine/energy_response.h"
 #include "aula/engine/frame.h"
+#include "engine/direct/edge_paths.h"
 #include "engine/rays/oriented_directivity.h"
 #include "engine/rays/ray_scene.h"
 #include "engine/trace/specular_paths.h"
@@ -20,6 +21,21 @@ struct PropagationFrame {
     std::uint64_t seed = 0;    ///< of this frame
     double travel_m = 0;       ///< accumulated movement of the scene since the start
     std::vector<OrientedDirectivity> directivities{};  ///< [source]
+};
+
+/// What belongs to a source at one listener, or at a receiver at rest.
+struct Pair {
+    EnergyResponse response;
+    SpecularSound images;  ///< of the newest frame
+    PairMemory memory;     ///< of the direct sound
+};
+
+/// A pair with its ends in a frame.
+struct FramePair {
+    const Vec3& source;
+    const Vec3& listener;
+    const OrientedDirectivity& directivity;  ///< of the source
+    Pair& pair;
 };
 
 /// From traced rays to energy responses, the part that the estimators do not share. Propagation
@@ -41,10 +57,10 @@ class ResponseEstimator {
     /// Sets the rays per emitter from the next frame on.
     virtual void set_rays(int rays) = 0;
 
-    /// Traces a frame and updates `responses` ([source * listener count + listener], without their
-    /// paths). `images` are those of the frame, in the same order. Adds to `statistics`.
-    virtual void step(const PropagationFrame& frame, std::span<const SpecularSound> images,
-                      std::span<EnergyResponse> responses, FrameStatistics& statistics) = 0;
+    /// Traces a frame and updates the responses of its pairs, [source * listener count + listener],
+    /// without their paths. Their images are those of the frame. Adds to `statistics`.
+    virtual void step(const PropagationFrame& frame, std::span<const FramePair> pairs,
+                      FrameStatistics& statistics) = 0;
 
     /// The rays of the next step if nothing moves.
     virtual std::vector<Ray> rays(const PropagationFrame& frame) const = 0;

@@ -465,4 +465,28 @@ TEST_CASE("while both ends hold rays, their gathers together trace hardly more r
     CHECK(shared > 0);
 }
 
+TEST_CASE("each source keeps its responses while others come and go") {
+    for (const Estimator estimator : test::kAllEstimators) {
+        Scene scene = box_room();
+        scene.sources.push_back(scene.sources[0]);
+        scene.sources[1].position.x += 1;
+        Propagation propagation(scene, with(scene, estimator, 0.2F), 2);
+        FrameInput input = test::static_input(scene);
+        input.listeners.emplace_back(1, 3, 2);
+        propagation.step(input);
+        const EnergyResponse near = propagation.response(1, 0);
+        const EnergyResponse far = propagation.response(1, 1);
+        propagation.add_source({.position = {2, 2, 2}});
+        propagation.remove_source(0);
+        CHECK(propagation.source_count() == 2);
+        CHECK(test::same_bits(propagation.response(0, 0), near));
+        CHECK(test::same_bits(propagation.response(0, 1), far));
+        CHECK_FALSE(test::same_bits(near, far));  // companion
+        for (const std::size_t listener : {0U, 1U}) {
+            CHECK(total(propagation.response(1, listener)) == 0);
+            CHECK(propagation.response(1, listener).paths.empty());
+        }
+    }
+}
+
 }  // namespace propagation_test

@@ -79,8 +79,7 @@ TEST_CASE("through the doorways of the shipped scenes no octave of the direct so
                 {.time_s = walk.time_s, .sources = {source}, .listeners = {walk.places[i]}});
             PairMemory memory;
             fresh.begin_frame(false);
-            fresh.search(std::span(&source, 1), std::span(&walk.places[i], 1),
-                         std::span(&memory, 1));
+            fresh.search(source, walk.places[i], memory);
             const Bands now = energy_of(direct_of(propagation.response(0)));
             const Bands now_fresh = energy_of(
                 fresh.find(source, walk.places[i], {}, scene.medium.attenuation_per_m(), memory));
@@ -119,7 +118,7 @@ TEST_CASE("in the planes of a door's jambs the first frame's direct sound has no
     const auto with_chains = [&](const Vec3& listener) {
         PairMemory memory;
         direct_sound.begin_frame(false);
-        direct_sound.search(std::span(&source, 1), std::span(&listener, 1), std::span(&memory, 1));
+        direct_sound.search(source, listener, memory);
         return energy_of(direct_sound.find(source, listener, {}, Bands{}, memory));
     };
     const auto over_single_edges = [&](const Vec3& listener) {
@@ -192,7 +191,7 @@ TEST_CASE("the direct sound between resting ends is that of a computation, to th
             Vec3(8.6F, 1.9F, 1.65F) + static_cast<float>(walked) * Vec3(-0.009F, 0.005F, 0);
         const auto find = [&](DirectSound& direct, PairMemory& memory) {
             direct.begin_frame(false);
-            direct.search(std::span(&source, 1), std::span(&listener, 1), std::span(&memory, 1));
+            direct.search(source, listener, memory);
             return direct.find(source, listener, {}, Bands{}, memory);
         };
         computed.materials_changed();

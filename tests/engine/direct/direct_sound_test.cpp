@@ -39,7 +39,7 @@ TEST_CASE("all estimators have the diffracted direct sound in the first frame, w
     for (const Vec3& listener : {kBehindWall, kInSight}) {
         PairMemory memory;
         direct_sound.begin_frame(false);
-        direct_sound.search(std::span(&kSource, 1), std::span(&listener, 1), std::span(&memory, 1));
+        direct_sound.search(kSource, listener, memory);
         const std::vector<SoundPath> expected =
             direct_sound.find(kSource, listener, {}, room.medium.attenuation_per_m(), memory);
         REQUIRE(!expected.empty());

@@ -14,7 +14,7 @@ namespace aula::test {
 inline std::array<double, kBandCount> frame_levels_db(DirectSound& direct_sound, PairMemory& memory,
                                                       const Vec3& source, const Vec3& listener) {
     direct_sound.begin_frame(false);
-    direct_sound.search({&source, 1}, {&listener, 1}, {&memory, 1});
+    direct_sound.search(source, listener, memory);
     Bands sum;
     for (const SoundPath& path : direct_sound.find(source, listener, {}, Bands{}, memory)) {
         sum += path.energy;

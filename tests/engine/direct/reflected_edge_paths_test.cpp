@@ -47,7 +47,7 @@ std::vector<EdgePath> paths_of(const OrientedDirectivity& directivity) {
     const SpecularPaths images(rays, 1, 0.5F, 1);
     PairMemory memory;
     sound.begin_frame(false);
-    sound.search(std::span(&kSource, 1), std::span(&kListener, 1), std::span(&memory, 1));
+    sound.search(kSource, kListener, memory);
     sound.find(kSource, kListener, directivity, kNoLoss, memory);
     const ReflectedEdgePaths reflected(rays, sound.edges(), double{kSpeed_m_s});
     std::vector<EdgePath> paths;

@@ -55,7 +55,7 @@ struct Place {
     std::vector<SoundPath> direct(const Vec3& source, const Vec3& listener) {
         memory = {};
         sound.begin_frame(false);
-        sound.search(std::span(&source, 1), std::span(&listener, 1), std::span(&memory, 1));
+        sound.search(source, listener, memory);
         return sound.find(source, listener, {}, kNoLoss, memory);
     }
 
@@ -331,7 +331,7 @@ TEST_CASE(
         double sum = 0;
         for (const Vec3& at : {before, listener}) {
             place.sound.begin_frame(false);
-            place.sound.search({&source, 1}, {&at, 1}, {&place.memory, 1});
+            place.sound.search(source, at, place.memory);
             std::vector<SoundPath> paths = place.sound.find(source, at, {}, kNoLoss, place.memory);
             place.sound.complete_reflections(
                 paths, source, at,
