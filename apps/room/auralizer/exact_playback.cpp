@@ -39,7 +39,7 @@ ExactPlayback::ExactPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOp
       block_pointers_(block_outputs_.size()),
       used_frames_(options.listeners),
       used_by_(&newest()) {
-    exchange_.advance();
+    exchange_.advance_now();
 }
 
 void ExactPlayback::commit(std::int64_t until) {
@@ -194,9 +194,8 @@ void ExactPlayback::take_frames(std::int64_t sample) {
     if (ready.next_room) {
         // The scene begins with what these changes have made.
         renderer_changes_.apply(sample, exchange_);
-        exchange_.make_way();
         rooms_.publish(std::move(ready.next_room));
-        exchange_.advance();
+        exchange_.advance_now();
     }
     SoundingRoom& room = *exchange_.playing();
     room.tail = ready.tail_samples;

@@ -27,7 +27,7 @@ class RoomExchange {
     /// Rooms that ring out at the same time. A further one fades the oldest out.
     static constexpr std::size_t kMaxRinging = 2;
 
-    /// Rooms that are held at the same time: with the present one, and the one that fades out.
+    /// Rooms that are held at the same time: with the present one, and one that waits or fades out.
     static constexpr std::size_t kMaxHeld = kMaxRinging + 2;
 
     /// Duration of the fade between inputs, s: a choice, long enough to have no click in a tone of
@@ -47,21 +47,27 @@ class RoomExchange {
     RoomExchange(const RoomExchange&) = delete;
     RoomExchange& operator=(const RoomExchange&) = delete;
 
-    /// Begins the next room if there is one. While too many ring out it waits. `fades_in(room)`:
-    /// whether its input fades in; called before it begins.
+    /// Begins the next room if there is one. It waits until fewer than kMaxRinging ring out.
+    /// `fades_in(room)`: whether its input fades in; called before it begins.
     template <typename FadesIn>
     void advance(FadesIn&& fades_in) noexcept AULA_NONBLOCKING {
-        if (ringing_count() == ringing_.size()) return;
-        if (Room* const next = rooms_.take()) begin(*next, fades_in(*next));
+        if (waiting_ == nullptr) waiting_ = rooms_.take();
+        if (waiting_ == nullptr) return;
+        if (ringing_count() == kMaxRinging) return end(oldest());
+        Room& next = *std::exchange(waiting_, nullptr);
+        begin(next, fades_in(next));
     }
     /// The input of the first room does not fade in.
     void advance() noexcept AULA_NONBLOCKING {
         advance([this](Room&) noexcept AULA_NONBLOCKING { return playing_ != nullptr; });
     }
 
-    /// Ends the oldest room at once if the next one would have to wait.
-    void make_way() noexcept AULA_NONBLOCKING {
+    /// Begins the next room, which there is, without a wait: the oldest one fades out meanwhile. Of
+    /// more than one that fade out the oldest ends at once.
+    void advance_now() noexcept AULA_NONBLOCKING {
         if (ringing_count() == ringing_.size()) give_back(oldest());
+        if (ringing_count() == kMaxRinging) end(oldest());
+        begin(*rooms_.take(), playing_ != nullptr);
     }
 
     /// The room that plays; null before the first one.
@@ -101,7 +107,8 @@ class RoomExchange {
     void clear() noexcept AULA_NONBLOCKING {
         for (Ringing& ringing : ringing_)
             if (ringing.room != nullptr) give_back(ringing);
-        if (Room* const room = std::exchange(playing_, nullptr)) rooms_.give_back(room);
+        for (Room** const room : {&playing_, &waiting_})
+            if (*room != nullptr) rooms_.give_back(std::exchange(*room, nullptr));
     }
 
  private:
@@ -166,7 +173,6 @@ class RoomExchange {
 
     void begin(Room& next, bool fades_in) noexcept AULA_NONBLOCKING {
         if (playing_ != nullptr) {
-            if (ringing_count() == kMaxRinging) end(oldest());
             ring(*playing_, playing_weight(0));
             for (Ringing& ringing : ringing_) ringing.shared = ringing.shared && fades_in;
         } else if (fades_in) {
@@ -212,6 +218,7 @@ class RoomExchange {
 
     Source& rooms_;
     Room* playing_ = nullptr;
+    Room* waiting_ = nullptr;  ///< until fewer ring out
     Fade first_fade_;  ///< of a room without one before it
     std::vector<Ringing> ringing_;
     std::uint64_t last_number_ = 0;
