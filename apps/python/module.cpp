@@ -35,4 +35,5 @@ PYBIND11_MODULE(_aula, module) {
     aula::bind_scenes(module);
     aula::bind_results(module);
     aula::bind_analysis(module);
+    aula::bind_auralizer(module);
 }

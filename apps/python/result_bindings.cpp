@@ -18,6 +18,7 @@
 #include "apps/output/formatted.h"
 #include "apps/output/printable.h"
 #include "apps/python/arrays.h"
+#include "apps/python/overrides.h"
 #include "apps/python/scene_bindings.h"
 #include "apps/room/base/output_resources.h"
 #include "apps/room/frames/signals.h"
@@ -56,38 +57,6 @@ class Interruption {
     std::chrono::steady_clock::time_point next_;
     bool raised_ = false;
 };
-
-OutputFormat output_of(const std::string& name) {
-    for (const auto& [known, format] : kOutputFormats)
-        if (name == known) return format;
-    throw InputError("output: \"" + name + "\"; expected mono, foa, toa or binaural");
-}
-
-/// Settings of one call in place of the scene's.
-struct Overrides {
-    std::optional<std::uint64_t> seed;
-    std::optional<int> rays;
-    std::optional<float> ir_length_s;
-    std::optional<Array<float>> speech_db;  ///< a level in dB(A), or 8 octave levels
-    std::optional<Array<float>> noise_db;   ///< 8 octave levels
-    int threads = 1;
-};
-
-Scene with(const Scene& scene, const Overrides& overrides) {
-    Scene changed = scene;
-    Simulation& simulation = changed.simulation;
-    if (overrides.seed) simulation.seed = *overrides.seed;
-    if (overrides.rays) simulation.rays = overrides.rays;
-    if (overrides.ir_length_s) simulation.ir_length_s = overrides.ir_length_s;
-    simulation.threads = overrides.threads;
-    if (const auto& speech = overrides.speech_db)
-        changed.speech.speech_db = speech->size() == 1
-                                       ? SpeechConditions::male_speech_db(*speech->data())
-                                       : bands_of(*speech);
-    if (overrides.noise_db) changed.speech.noise_db = bands_of(*overrides.noise_db);
-    simulation.check();
-    return changed;
-}
 
 /// The newest HRTF and noise carriers. Successive calls with one file, sample rate and seed then
 /// share them: they are found by these while they are in use. With the interpreter's lock.

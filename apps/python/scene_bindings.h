@@ -34,6 +34,9 @@ void bind_scenes(pybind11::module_& module);
 /// Adds measuring and rendering.
 void bind_results(pybind11::module_& module);
 
+/// Adds rooms that are played block by block.
+void bind_auralizer(pybind11::module_& module);
+
 /// Adds the analysis of measured responses.
 void bind_analysis(pybind11::module_& module);
 

@@ -27,6 +27,10 @@ analysed: dict[str, NDArray[np.float64]] = aula.analyse(responses[0, 0], 16000, 
 of_file = aula.analyse(pathlib.Path("hall.wav"), speech_level_db=60)
 measured: aula.Measurement = aula.measure(room, microphones=[room.listener], seed=1)
 sound: NDArray[np.float32] = aula.render(room, signals={"voice": [1.0]}, fs=48000)
+live = aula.Auralizer(room, clock="real_time", output="mono")
+live.move_source("voice", (1, 2, 1), yaw=90)
+live.set_scene(loaded)
+heard: NDArray[np.float32] = live.process({"voice": np.zeros(480, np.float32)})
 
 wrong: str = aula.rir(room)  # type: ignore[assignment]
 aula.rir(room, output="stereo")  # type: ignore[arg-type]

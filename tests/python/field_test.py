@@ -1,4 +1,5 @@
-"""Tests of image sources, paths, arrays, fits and pictures in Python: python field_test.py CLASS."""
+"""Tests of image sources, paths, arrays, fits, pictures and rooms that are played in Python:
+python field_test.py CLASS."""
 
 import importlib.util
 import itertools
@@ -7,6 +8,7 @@ import math
 import pathlib
 import re
 import tempfile
+import threading
 import unittest
 import warnings
 
@@ -343,6 +345,114 @@ class Views(unittest.TestCase):
             axes = self.room().plot(microphones=[(4, 3, 1.2), (5, 4, 1)])
         self.assertEqual(len(axes.collections), 3)  # edges, sources, microphones
         self.assertIs(self.room().plot(axes), axes)
+
+
+class BlockByBlock(unittest.TestCase):
+    """A room is played block by block."""
+
+    FEW = {"rays": 50, "length_s": 0.2}
+
+    @classmethod
+    def setUpClass(cls):
+        cls.signal = np.random.default_rng(3).normal(0, 0.1, 24000).astype(np.float32)
+
+    @staticmethod
+    def room():
+        room = aula.Scene.shoebox((6, 5, 3), material="plaster")
+        room.configure(waves_hz=0)
+        room.sources = [aula.Source((1, 1, 1.5), name="voice")]
+        room.listener = aula.Microphone((4, 3, 1.2), yaw=30)
+        return room
+
+    def played(self, changes, block=480, **options):
+        """(channel, N), with changes {sample: function}, at multiples of the block."""
+        auralizer = aula.Auralizer(self.room(), **(self.FEW | options))
+        blocks = []
+        for begin in range(0, len(self.signal), block):
+            for at, change in changes.items():
+                if begin <= at < begin + block:
+                    change(auralizer)
+            part = self.signal[begin:begin + block]
+            blocks.append(auralizer.process({name: part for name in auralizer.sources}))
+        return np.concatenate(blocks, axis=1)
+
+    def test_render(self):
+        for output, channels in (("binaural", 2), ("foa", 4)):
+            rendered = aula.render(self.room(), signals={"voice": self.signal}, output=output,
+                                   **self.FEW)
+            played = self.played({}, output=output, max_sources=1)
+            self.assertEqual(played.shape, (channels, len(self.signal)))
+            np.testing.assert_array_equal(played[:, 256:],
+                                          rendered[:, :len(self.signal) - 256])
+
+    def test_changes(self):
+        hall = aula.Scene.shoebox((20, 15, 8), absorption=0.1)
+        hall.configure(waves_hz=0)
+        changes = {
+            0: lambda a: a.add_source(aula.Source((2, 2, 1), name="drum", directivity="cardioid")),
+            4800: lambda a: a.move_source("drum", (3, 2, 1), yaw=90),
+            5280: lambda a: a.set_gain("voice", -6),
+            9600: lambda a: a.set_scene(hall),
+            12000: lambda a: a.move_listener((4, 2, 1.2)),
+            14400: lambda a: a.remove_source("drum"),
+            16800: lambda a: a.set_material(0, "curtain")}
+        played = self.played(changes)
+        np.testing.assert_array_equal(self.played(changes, block=240, threads=2), played)
+        self.assertTrue(np.isfinite(played).all())
+        for at in (0, 4800, 9600, 16800):  # each change is heard
+            without = self.played({n: change for n, change in changes.items() if n != at}
+                                  if at else {0: changes[0], 4800: changes[4800]})
+            self.assertTrue((without != played).any())
+
+    def test_real_time(self):
+        auralizer = aula.Auralizer(self.room(), clock="real_time", output="mono", **self.FEW)
+        self.assertEqual(auralizer.latency_samples, 0)
+        ended = threading.Event()
+        blocks = []
+
+        def render():
+            while not ended.is_set():
+                blocks.append(auralizer.process({"voice": self.signal[:256]}))
+
+        thread = threading.Thread(target=render)
+        thread.start()
+        for size in (8, 5, 12):
+            auralizer.set_scene(aula.Scene.shoebox((size, size, 3), absorption=0.3))
+        response = auralizer.impulse_response("voice")
+        ended.set()
+        thread.join()
+        self.assertEqual(response.shape[0], 1)
+        self.assertGreater(np.abs(response).max(), 0)
+        self.assertTrue(all(np.isfinite(block).all() for block in blocks))
+        self.assertGreater(max(np.abs(block).max() for block in blocks), 0)
+
+    def test_errors(self):
+        auralizer = aula.Auralizer(self.room(), max_sources=1, **self.FEW)
+        silent = self.room().copy()
+        silent.sources = []
+        for wrong, words in (
+                (lambda: aula.Auralizer(3), "room"),
+                (lambda: aula.Auralizer(aula.Scene.shoebox((6, 5, 3), material="brick")),
+                 "listener"),
+                (lambda: aula.Auralizer(silent, clock="late"), "clock"),
+                (lambda: aula.Auralizer(silent, headphones="/no.wav"), "/no.wav"),
+                (lambda: auralizer.add_source(aula.Source(name="voice")), "another name"),
+                (lambda: auralizer.add_source(aula.Source(name="more")), "max_sources"),
+                (lambda: auralizer.move_source("drum", (1, 1, 1)), "voice"),
+                (lambda: auralizer.move_listener((1, np.nan, 1)), "position"),
+                (lambda: auralizer.move_object("door", np.eye(4)), "door"),
+                (lambda: auralizer.move_object(0, np.eye(4)), "movable"),
+                (lambda: auralizer.move_object(0, np.eye(3)), "transform"),
+                (lambda: auralizer.set_material(7, "curtain"), "object"),
+                (lambda: auralizer.set_material(0, "cheese"), "cheese"),
+                (lambda: auralizer.set_scene("hall"), "room"),
+                (lambda: auralizer.process(), "samples"),
+                (lambda: auralizer.process({"drum": [1.0]}), "voice"),
+                (lambda: auralizer.process({"voice": [1.0]}, samples=2), "shape")):
+            with self.assertRaisesRegex(aula.Error, words):
+                wrong()
+        self.assertEqual(auralizer.sources, ["voice"])
+        self.assertEqual(auralizer.process(samples=100).shape, (2, 100))
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ Wrong arguments raise `Error`, whose line names the argument.
 from ._analysis import analyse
 from ._aula import Error, Failure, Material
 from ._aula import version as __version__
+from ._auralizer import Auralizer
 from ._capsules import CapsuleArray
 from ._fit import AbsorptionFit, fit_absorption
 from ._materials import absorption, library, material
@@ -18,7 +19,7 @@ from ._results import Measurement, energy, measure, parameters, paths, render, r
 from ._results import Output as Output
 from ._scene import Scene, import_model, load_scene
 
-__all__ = ["AbsorptionFit", "BANDS_HZ", "CapsuleArray", "Error", "Failure", "Material",
+__all__ = ["AbsorptionFit", "Auralizer", "BANDS_HZ", "CapsuleArray", "Error", "Failure", "Material",
            "Measurement", "Microphone", "Scene", "Source", "Trajectory", "absorption", "analyse",
            "array", "energy", "fit_absorption", "import_model", "library", "load_scene",
            "material", "measure", "parameters", "paths", "render", "rir"]
