@@ -177,8 +177,7 @@ void RoomPlugin::render_live(std::size_t samples) {
                     chunk_outputs_[c][n] += room_outputs_[c][n];
             }
         });
-    if (const PluginRoom* const room = rooms_.playing())
-        tail_samples_ = std::max(room->tail_samples(), rooms_.ring_samples());
+    if (rooms_.playing() != nullptr) tail_samples_ = rooms_.tail_samples();
 }
 
 /// Mixes the inputs in: at the ears, a single one at both, or in the omnidirectional channel of

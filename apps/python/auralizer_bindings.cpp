@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -45,7 +46,8 @@ class PythonAuralizer {
 
     std::size_t index_of(const ObjectKey& key) const {
         if (const auto* const index = std::get_if<std::size_t>(&key)) return *index;
-        const std::vector<Object>& objects = auralizer_.scene()->objects;
+        const std::shared_ptr<const Scene> scene = auralizer_.scene();
+        const std::vector<Object>& objects = scene->objects;
         const auto& name = std::get<std::string>(key);
         const auto found = std::find_if(objects.begin(), objects.end(),
                                         [&](const Object& o) { return o.name == name; });

@@ -18,10 +18,6 @@ namespace aula {
 
 namespace {
 
-/// Time for which the caches of another scene are filled before it begins, which reduces its
-/// initial noise.
-constexpr double kWarmUp_s = 0.25;
-
 AuralizerOptions checked(AuralizerOptions options, const Scene& scene) {
     check_options(options);
     options.max_sources = std::max({options.max_sources, scene.sources.size(), std::size_t{1}});
@@ -60,20 +56,29 @@ void Auralizer::State::build(const Scene& scene) {
 }
 
 // On a thread of its own, because the engine's threads inherit its priority.
-std::shared_ptr<BuiltRoom> Auralizer::State::build_next(const Scene& scene,
-                                                        BuiltRoom::Sources sources,
-                                                        AuralizerOptions next) const {
+std::shared_ptr<BuiltRoom> Auralizer::State::build_next(
+    const Scene& scene, BuiltRoom::Sources sources, AuralizerOptions next,
+    const std::function<void(BuiltRoom&)>& prepare) const {
     next.clock = options.clock;
     if (sources == BuiltRoom::Sources::of_scene) next = checked(std::move(next), scene);
     const std::shared_ptr<const BuiltRoom> present = playback->present();
-    return std::async(std::launch::async,
-                      [&] {
-                          prepare_thread(next, scene.simulation);
-                          return std::make_shared<BuiltRoom>(
-                              scene, sources, next, block_of(next),
-                              next.hrtf == present->hrtf_file ? present->computer.hrtf() : nullptr);
-                      })
-        .get();
+    const auto build = [&] {
+        prepare_thread(next, scene.simulation);
+        auto built = std::make_shared<BuiltRoom>(
+            scene, sources, next, block_of(next),
+            next.hrtf == present->hrtf_file ? present->computer.hrtf() : nullptr);
+        if (prepare) prepare(*built);
+        return built;
+    };
+    return std::async(std::launch::async, build).get();
+}
+
+void Auralizer::State::set_material(const RoomPlayback::NumberedScene& of, std::size_t object,
+                                    const Material& material, std::int64_t at) {
+    check_material(material);
+    playback->change_scene(of.number, at, [object, material](FrameRoom& room) {
+        room.materials.insert_or_assign(object, material);
+    });
 }
 
 void Auralizer::State::begin() {
@@ -87,12 +92,12 @@ void Auralizer::State::end() {
     if (thread.joinable()) thread.join();
 }
 
-std::shared_ptr<const BuiltRoom> Auralizer::State::scene_with(std::size_t object,
-                                                              std::int64_t at) const {
-    auto room = playback->scene_at(at);
-    if (object >= room->scene.objects.size())
+RoomPlayback::NumberedScene Auralizer::State::scene_with(std::size_t object,
+                                                         std::int64_t at) const {
+    auto found = playback->scene_at(at);
+    if (object >= found.scene->objects.size())
         throw InputError("auralizer: there is no object " + std::to_string(object));
-    return room;
+    return found;
 }
 
 Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
@@ -125,16 +130,18 @@ Auralizer::~Auralizer() { state_->end(); }
 
 void Auralizer::set_scene(const Scene& scene, std::int64_t at) {
     const std::lock_guard lock(state_->scene_mutex);
-    auto next = state_->build_next(scene, BuiltRoom::Sources::of_room_before, state_->options);
+    RoomPlayback& playback = *state_->playback;
+    const auto warm_up = [&](BuiltRoom& next) { next.computer.warm_up(playback.state_in(next)); };
     // Not on the exact clock: how many frames there are in a time depends on the machine.
-    if (state_->options.clock == RenderClock::real_time)
-        next->computer.warm_up(state_->playback->state_in(*next), kWarmUp_s);
-    state_->playback->begin_scene(std::move(next), at);
+    const bool is_exact = state_->options.clock == RenderClock::exact;
+    playback.begin_scene(
+        state_->build_next(scene, BuiltRoom::Sources::of_room_before, state_->options,
+                           is_exact ? std::function<void(BuiltRoom&)>() : warm_up),
+        at);
 }
 
 std::shared_ptr<const Scene> Auralizer::scene() const {
-    const std::shared_ptr<const BuiltRoom> room = state_->playback->scene_at(kNow);
-    return {room, &room->scene};
+    return state_->playback->scene_at(kNow).scene;
 }
 
 SourceId Auralizer::add_source(const NewSource& source, std::int64_t at) {
@@ -168,26 +175,25 @@ void Auralizer::set_listener(std::size_t listener, const Pose& pose, std::int64_
 
 void Auralizer::set_transform(std::size_t object, const RigidTransform& transform,
                               std::int64_t at) {
-    const Object& moved = state_->scene_with(object, at)->scene.objects[object];
+    const auto [scene, number] = state_->scene_with(object, at);
+    const Object& moved = scene->objects[object];
     if (!moved.moves())
         throw InputError("auralizer: the object " +
                          (moved.name.empty() ? std::to_string(object) : '"' + moved.name + '"') +
                          " is not movable");
     check_transform(transform);
-    state_->playback->change_scene(
-        at, [object, transform](FrameRoom& room) { room.state.objects[object] = transform; });
+    state_->playback->change_scene(number, at, [object, transform](FrameRoom& room) {
+        room.state.objects[object] = transform;
+    });
 }
 
 void Auralizer::set_material(std::size_t object, const std::string& name, std::int64_t at) {
-    set_material(object, state_->scene_with(object, at)->scene.find_material(name), at);
+    const auto [scene, number] = state_->scene_with(object, at);
+    state_->set_material({scene, number}, object, scene->find_material(name), at);
 }
 
 void Auralizer::set_material(std::size_t object, const Material& material, std::int64_t at) {
-    state_->scene_with(object, at);
-    check_material(material);
-    state_->playback->change_scene(at, [object, material](FrameRoom& room) {
-        room.materials.insert_or_assign(object, material);
-    });
+    state_->set_material(state_->scene_with(object, at), object, material, at);
 }
 
 void Auralizer::set_part_gains(const PartGains& gains, std::int64_t at) {
@@ -240,10 +246,7 @@ double Auralizer::response_length_s() const {
     return state_->playback->present()->computer.response_length_s();
 }
 
-double Auralizer::heard_length_s() const {
-    const std::shared_ptr<const BuiltRoom> room = state_->playback->present();
-    return room->computer.response_length_s() + room->headphones_s();
-}
+double Auralizer::heard_length_s() const { return state_->playback->present()->heard_length_s(); }
 
 float Auralizer::patch_size_m() const {
     return state_->playback->present()->computer.patch_size_m();

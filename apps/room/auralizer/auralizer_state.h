@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -19,9 +22,10 @@ struct Auralizer::State {
     void build(const Scene& scene);
 
     /// Builds another scene, on the clock of this auralizer, with the HRTF of the present scene if
-    /// the options have the same.
-    std::shared_ptr<BuiltRoom> build_next(const Scene& scene, BuiltRoom::Sources sources,
-                                          AuralizerOptions next) const;
+    /// the options have the same. `prepare` is called with it on the thread that builds it.
+    std::shared_ptr<BuiltRoom> build_next(
+        const Scene& scene, BuiltRoom::Sources sources, AuralizerOptions next,
+        const std::function<void(BuiltRoom&)>& prepare = {}) const;
 
     /// Starts the frames.
     void begin();
@@ -30,7 +34,11 @@ struct Auralizer::State {
     void end();
 
     /// The scene to which a command at a time refers. Throws InputError if it has no such object.
-    std::shared_ptr<const BuiltRoom> scene_with(std::size_t object, std::int64_t at) const;
+    RoomPlayback::NumberedScene scene_with(std::size_t object, std::int64_t at) const;
+
+    /// Assigns a material to an object of a scene.
+    void set_material(const RoomPlayback::NumberedScene& of, std::size_t object,
+                      const Material& material, std::int64_t at);
 
     const AuralizerOptions options;
     std::mutex scene_mutex;  ///< set_scene() builds one scene at a time

@@ -36,7 +36,7 @@ struct BuiltRoom {
     /// How long sources are audible after their signals have ended, samples.
     std::int64_t tail_samples(double longest_delay_s) const;
 
-    const Scene scene;
+    const std::shared_ptr<const Scene> scene;
     const Sources sources;
     const std::size_t max_sources;
     const std::filesystem::path hrtf_file;

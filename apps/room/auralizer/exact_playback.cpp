@@ -39,7 +39,7 @@ ExactPlayback::ExactPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOp
       block_pointers_(block_outputs_.size()),
       used_frames_(options.listeners),
       used_by_(&newest()) {
-    exchange_.advance_now();
+    exchange_.advance_now(false);
 }
 
 void ExactPlayback::commit(std::int64_t until) {
@@ -88,11 +88,11 @@ double ExactPlayback::FrameTimes::time_s(std::int64_t frame) const {
 }
 
 ExactPlayback::FrameTimes ExactPlayback::times_of(const BuiltRoom& room, std::int64_t begin) const {
-    return {rate_hz_, static_cast<double>(room.scene.simulation.frame_rate_hz), begin};
+    return {rate_hz_, static_cast<double>(room.scene->simulation.frame_rate_hz), begin};
 }
 
 void ExactPlayback::compute_frames(Auralizer& auralizer) {
-    FrameTimes times = times_of(built(), 0);
+    FrameTimes times = times_of(*built(), 0);
     for (std::int64_t k = 0;; ++k) {
         const std::int64_t sample = times.sample(k);
         const std::size_t ahead = frames_ahead(computer().config(), listeners_);
@@ -110,20 +110,21 @@ void ExactPlayback::compute_frames(Auralizer& auralizer) {
         }
         const double time_s = times.time_s(k);
         call_before_frame(auralizer, sample, time_s);
-        FrameRoom room = take_changes(sample, sample, time_s);
-        if (scene_has_begun()) {
-            times = times_of(built(), sample);
+        FrameRoom room = *take_changes(sample, sample, time_s);
+        if (scene_begins()) {
+            times = times_of(*built(), sample);
             k = 0;
             frames = ListenerFrames(listeners_);  // the others have the size of the scene before
         }
         const std::int64_t end = times.sample(k + 1);
         room.state.exchange = {sample - times.begin, end - times.begin};
-        if (!room.state.rays) room.state.work_s = work_of(built().scene.simulation);
+        if (!room.state.rays) room.state.work_s = work_of(built()->scene->simulation);
         computer().compute(room, frames);
+        if (scene_begins()) finish_beginning();
         {
             const std::lock_guard lock(mutex_);
             ready_.push_back(
-                {std::move(frames), newest_tail_samples(), end, std::move(built().made)});
+                {std::move(frames), newest_tail_samples(), end, std::move(built()->made)});
         }
         changed_.notify_all();
     }
@@ -195,7 +196,7 @@ void ExactPlayback::take_frames(std::int64_t sample) {
         // The scene begins with what these changes have made.
         renderer_changes_.apply(sample, exchange_);
         rooms_.publish(std::move(ready.next_room));
-        exchange_.advance_now();
+        exchange_.advance_now(sample > 0);
     }
     SoundingRoom& room = *exchange_.playing();
     room.tail = ready.tail_samples;

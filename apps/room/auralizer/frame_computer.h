@@ -57,8 +57,9 @@ class FrameComputer {
     /// Removes the sources of the scene. Before the first frame.
     void remove_sources() { maker_->take_sources({}); }
 
-    /// See FrameMaker::warm_up(). Before the first frame.
-    void warm_up(const RoomState& state, double longest_s) { maker_->warm_up(state, longest_s); }
+    /// Fills the caches for the state with which another scene begins, which reduces its initial
+    /// noise: for at most about a quarter of a second. Before the first frame.
+    void warm_up(const RoomState& state) { maker_->warm_up(state, kWarmUp_s); }
 
     /// The object that computes the frames. [propagation thread]
     const FrameMaker& maker() const { return *maker_; }
@@ -81,6 +82,8 @@ class FrameComputer {
     AuralizerStatus status() const;
 
  private:
+    static constexpr double kWarmUp_s = 0.25;
+
     /// The listeners to which a source is visible.
     struct SourceVisibility {
         SourceId source;

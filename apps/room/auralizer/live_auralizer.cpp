@@ -36,16 +36,13 @@ std::uint64_t LiveAuralizer::begin(std::shared_ptr<BuiltRoom> next) {
 }
 
 void LiveAuralizer::set_state(std::uint64_t scene, RoomState state) {
-    playback_.change_scene(
-        kNow,
-        [state = std::move(state)](FrameRoom& room) {
-            RoomState next = state;
-            for (std::size_t s = 0; s < next.sources.size(); ++s)
-                next.sources[s].slot = room.state.sources[s].slot;
-            next.listeners = room.state.listeners;
-            room.state = std::move(next);
-        },
-        scene);
+    playback_.change_scene(scene, kNow, [state = std::move(state)](FrameRoom& room) {
+        RoomState next = state;
+        for (std::size_t s = 0; s < next.sources.size(); ++s)
+            next.sources[s].slot = room.state.sources[s].slot;
+        next.listeners = room.state.listeners;
+        room.state = std::move(next);
+    });
 }
 
 }  // namespace aula

@@ -27,7 +27,9 @@ RealTimePlayback::RealTimePlayback(std::shared_ptr<BuiltRoom> first,
 // Never before that of an earlier call, so that changes keep the order of the calls.
 ChangeTime RealTimePlayback::time_of(std::int64_t /*at*/) const { return {rendered_.load()}; }
 
+// A room whose scene is replaced before its next frame has no response for the source.
 void RealTimePlayback::begin_source(SourceId source, const ChangeTime& /*time*/) {
+    if (scene_waits_) return;
     sounding_.back()->slots.begin(source);
     publish_routes(*sounding_.back());
 }
@@ -53,9 +55,7 @@ void RealTimePlayback::announce_scene() {
 }
 
 void RealTimePlayback::take_scene(SoundingRoom& next) {
-    // A room that another one follows before it sounds ends with its scene.
-    if (unpublished_ != nullptr) std::erase(sounding_, unpublished_);
-    unpublished_ = &next;
+    scene_waits_ = false;
     sounding_.push_back(&next);
 }
 
@@ -68,12 +68,15 @@ void RealTimePlayback::note_scene() {
     changed_.notify_all();
 }
 
-/// Frees the rooms that have rung out.
-void RealTimePlayback::free_rooms() {
-    while (const auto room = rooms_.reclaim()) {
+/// The rooms that have rung out.
+std::vector<std::unique_ptr<SoundingRoom>> RealTimePlayback::take_silent_rooms() {
+    std::vector<std::unique_ptr<SoundingRoom>> rooms;
+    while (auto room = rooms_.reclaim()) {
         const std::lock_guard lock(mutex_);
         std::erase(sounding_, room.get());
+        rooms.push_back(std::move(room));
     }
+    return rooms;
 }
 
 void RealTimePlayback::turn_head(std::size_t listener, const Pose& pose,
@@ -125,18 +128,21 @@ bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
     return true;
 }
 
-ListenerFrames RealTimePlayback::compute(double time_s) {
-    const FrameRoom room = take_changes(kAll, rendered_.load(), time_s);
+/// Empty if another scene is to begin and this is not its first frame.
+ListenerFrames RealTimePlayback::compute(double time_s, bool is_first) {
+    const std::optional<FrameRoom> room =
+        take_changes(kAll, rendered_.load(), time_s, is_first);
+    if (!room) return {};
     ListenerFrames frames;
     for (std::size_t l = 0; l < listeners_; ++l)
         frames.push_back(newest().renderer.frames(l).reclaim());
-    computer().compute(room, frames);
-    for (std::size_t l = 0; l < frames.size(); ++l) frames[l]->stamp = room.poses_ns[l];
+    computer().compute(*room, frames);
+    for (std::size_t l = 0; l < frames.size(); ++l) frames[l]->stamp = room->poses_ns[l];
     return frames;
 }
 
 const FrameMaker& RealTimePlayback::compute_first(double time_s) {
-    publish(compute(time_s));
+    publish(compute(time_s, true));
     return computer().maker();
 }
 
@@ -175,7 +181,6 @@ void RealTimePlayback::compute_frames(Auralizer& auralizer) {
         const std::lock_guard lock(mutex_);
         if (stop_) return;
         is_first = true;
-        scene_waits_ = false;
     }
 }
 
@@ -188,7 +193,8 @@ double RealTimePlayback::compute_frame(FrameClock& clock) {
     frame_due_ns_ = clock.due().time_since_epoch().count();
     call_before_frame(*auralizer_, rendered_.load(), clock.time_s());
     const auto begin = Clock::now();
-    computed_ = compute(clock.time_s());
+    computed_ = compute(clock.time_s(), false);
+    if (computed_.empty()) return 0;  // run_frames() returns
     const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
     if (hooks_.after_frame)
         hooks_.after_frame(computer().maker(),
@@ -202,10 +208,12 @@ void RealTimePlayback::publish(ListenerFrames frames) {
         newest().renderer.frames(l).publish(std::move(frames[l]));
     tail_samples_ = newest_tail_samples();
     newest().tail = tail_samples_.load();
-    free_rooms();
-    if (scene_has_begun()) rooms_.publish(std::move(built().made));
+    const auto silent_rooms = take_silent_rooms();
+    if (scene_begins()) {
+        rooms_.publish(std::move(built()->made));
+        finish_beginning();
+    }
     const std::lock_guard lock(mutex_);
-    unpublished_ = nullptr;
     for (std::size_t l = 0; l < listeners_; ++l) {
         if (frame_heads_[l]) publish_head(l, *frame_heads_[l]);
         frame_heads_[l].reset();

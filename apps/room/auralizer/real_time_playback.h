@@ -36,7 +36,7 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
 
     // See LiveAuralizer. [before the frames start]
     void begin_at(std::int64_t sample) { rendered_ = sample; }
-    std::shared_ptr<BuiltRoom> first() { return newest_room(); }
+    std::shared_ptr<BuiltRoom> first() { return built(); }
     const FrameMaker& compute_first(double time_s);
     void set_hooks(Hooks hooks) { hooks_ = std::move(hooks); }
 
@@ -71,7 +71,7 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     void announce_scene() override;
     void take_scene(SoundingRoom& next) override;
     static void publish_routes(SoundingRoom& room);
-    void free_rooms();
+    std::vector<std::unique_ptr<SoundingRoom>> take_silent_rooms();
     void note_scene();
 
     bool wait_until(Clock::time_point time) override;
@@ -80,7 +80,7 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     double compute_frame(FrameClock& clock) override;
     bool wait_out_pause(FrameClock& clock);
     double played_s() const;
-    ListenerFrames compute(double time_s);
+    ListenerFrames compute(double time_s, bool is_first);
     void publish(ListenerFrames frames);
     void publish_head(std::size_t listener, const Pose& pose);
     void take_commands(SoundingRoom& room) noexcept AULA_NONBLOCKING;
@@ -101,7 +101,6 @@ class RealTimePlayback : public RoomPlayback, private LiveFrames {
     bool scene_waits_ = false;                      ///< another scene is to begin
     std::uint64_t heard_scene_ = 0;                 ///< number of the newest that has begun
     std::vector<SoundingRoom*> sounding_;           ///< all that sound or are to; the newest last
-    SoundingRoom* unpublished_ = nullptr;           ///< the newest, until it is published
     std::vector<std::optional<Pose>> frame_heads_;  ///< [listener] poses for the next frame
 };
 

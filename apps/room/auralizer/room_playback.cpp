@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -15,11 +16,11 @@ namespace {
 /// the scene.
 RoomState state_in_scene(RoomState state, const BuiltRoom& next) {
     if (next.sources == BuiltRoom::Sources::of_scene)
-        state.sources = room_state(next.scene, 0).sources;
+        state.sources = room_state(*next.scene, 0).sources;
     std::erase_if(state.sources,
                   [](const SourceState& source) { return source.removed_at.has_value(); });
     state.objects.clear();
-    for (const Object& object : next.scene.objects) state.objects.push_back(object.transform_at(0));
+    for (const Object& object : next.scene->objects) state.objects.push_back(object.transform_at(0));
     state.rays = next.rays;
     return state;
 }
@@ -47,16 +48,17 @@ RoomPlayback::RoomPlayback(std::shared_ptr<BuiltRoom> first, const AuralizerOpti
                     std::vector<float>(static_cast<std::size_t>(block))),
       room_weights_(static_cast<std::size_t>(block)),
       sources_(options.max_sources),
-      room_{.state = room_state(first->scene, 0), .slots = SourceSlots(0)},
-      present_(std::move(first)) {
+      room_{.state = room_state(*first->scene, 0), .slots = SourceSlots(0)},
+      built_(std::move(first)),
+      present_(built_) {
     for (std::vector<float>& output : room_outputs_) room_pointers_.push_back(output.data());
     room_.state.listeners.assign(listeners_, Pose(room_.state.listeners[0]));
     room_.poses_ns.resize(listeners_);
-    for (SourceState& state : room_.state.sources) state.id = sources_.add({}).number;
-    begin(room_, present_, 0);
-    scenes_.push_back({{kNow}, 0, present_});
+    sources_.restart(room_.state.sources.size(), options.max_sources);
+    begin(room_, built_, 0);
+    scenes_.push_back({{kNow}, 0, built_});
     newest().begin(room_.slots, room_.state.listeners);
-    rooms_.publish(std::move(present_->made));
+    rooms_.publish(std::move(built_->made));
 }
 
 void RoomPlayback::run(Auralizer& auralizer) {
@@ -150,14 +152,10 @@ void RoomPlayback::change_room(std::int64_t at, std::function<void(FrameRoom&)> 
     changes_.add(time_of(at), std::move(change));
 }
 
-void RoomPlayback::change_scene(std::int64_t at, std::function<void(FrameRoom&)> change,
-                                std::optional<std::uint64_t> number) {
-    const std::lock_guard lock(mutex_);
-    if (failure_) return;
-    const ChangeTime time = time_of(at);
-    changes_.add(time, [scene = number.value_or(scene_of(time).number),
-                        change = std::move(change)](FrameRoom& room) {
-        if (room.scene == scene) change(room);
+void RoomPlayback::change_scene(std::uint64_t number, std::int64_t at,
+                                std::function<void(FrameRoom&)> change) {
+    change_room(at, [number, change = std::move(change)](FrameRoom& room) {
+        if (room.scene == number) change(room);
     });
 }
 
@@ -167,28 +165,37 @@ std::uint64_t RoomPlayback::begin_scene(std::shared_ptr<BuiltRoom> next, std::in
     if (failure_) return number;
     const ChangeTime time = time_of(at);
     if (next->sources == BuiltRoom::Sources::of_scene)
-        sources_.restart(next->scene.sources.size(), next->max_sources);
+        sources_.restart(next->scene->sources.size(), next->max_sources);
     const auto later = std::upper_bound(
         scenes_.begin(), scenes_.end(), time,
         [](const ChangeTime& added, const SceneTime& scene) { return added < scene.begin; });
     scenes_.insert(later, {time, number, next});
+    if (in_before_frame() && time <= time_of(kNow)) frame_scene_ = number;
     changes_.add(time,
                  [next = std::move(next), number](FrameRoom& room) { begin(room, next, number); });
     announce_scene();
     return number;
 }
 
-/// The mutex is locked.
+/// The mutex is locked. Commands of before_frame refer to the scene that was there when it was
+/// called.
 const RoomPlayback::SceneTime& RoomPlayback::scene_of(const ChangeTime& time) const {
+    if (in_before_frame() && time <= time_of(kNow)) {
+        const auto of_frame =
+            std::find_if(scenes_.begin(), scenes_.end(),
+                         [this](const SceneTime& scene) { return scene.number == frame_scene_; });
+        return *of_frame;
+    }
     const auto after = std::upper_bound(
         scenes_.begin() + 1, scenes_.end(), time,
-        [](const ChangeTime& given, const SceneTime& s) { return given < s.begin; });
+        [](const ChangeTime& given, const SceneTime& scene) { return given < scene.begin; });
     return *(after - 1);
 }
 
-std::shared_ptr<const BuiltRoom> RoomPlayback::scene_at(std::int64_t at) const {
+RoomPlayback::NumberedScene RoomPlayback::scene_at(std::int64_t at) const {
     const std::lock_guard lock(mutex_);
-    return scene_of(time_of(at)).built;
+    const SceneTime& found = scene_of(time_of(at));
+    return {found.built->scene, found.number};
 }
 
 std::shared_ptr<const BuiltRoom> RoomPlayback::present() const {
@@ -217,6 +224,7 @@ void RoomPlayback::call_before_frame(Auralizer& auralizer, std::int64_t sample, 
     if (!before_frame_) return;
     {
         const std::lock_guard lock(mutex_);
+        frame_scene_ = scene_of({sample, true}).number;
         frame_sample_ = sample;
     }
     before_frame_(auralizer, time_s);
@@ -224,29 +232,44 @@ void RoomPlayback::call_before_frame(Auralizer& auralizer, std::int64_t sample, 
     frame_sample_.reset();
 }
 
-void RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double time_s) {
+bool RoomPlayback::apply_changes(std::int64_t until, std::int64_t now, double time_s) {
     const std::lock_guard lock(mutex_);
-    apply_changes_locked(until, now, time_s);
+    return apply(until, now, time_s, false);
 }
 
-void RoomPlayback::apply_changes_locked(std::int64_t until, std::int64_t now, double time_s) {
+/// The mutex is locked.
+bool RoomPlayback::apply(std::int64_t until, std::int64_t now, double time_s,
+                         bool may_begin_scene) {
+    const bool begins = scenes_.size() > 1 && scenes_[1].begin.sample <= until;
+    if (begins && !may_begin_scene) return false;
     changes_.apply(until, room_);
     sources_.forget(now);
-    if (room_.built != present_) {
-        before_ = std::exchange(present_, room_.built);
-        computer().continue_counts(before_->computer);
-        scenes_.erase(scenes_.begin(),
-                      std::find_if(scenes_.begin(), scenes_.end(),
-                                   [this](const SceneTime& s) { return s.number == room_.scene; }));
+    if (begins) {
+        built_ = room_.built;
+        computer().continue_counts(present_->computer);
+        const auto begun = std::find_if(
+            scenes_.begin(), scenes_.end(),
+            [this](const SceneTime& scene) { return scene.number == room_.scene; });
+        std::move(scenes_.begin(), begun, std::back_inserter(ended_));
+        scenes_.erase(scenes_.begin(), begun);
         newest().begin(room_.slots, room_.state.listeners);
         take_scene(newest());
     }
     std::erase_if(room_.state.sources, [&](const SourceState& source) {
         return source.removed_at &&
                now - *source.removed_at >=
-                   present_->tail_samples(computer().longest_delay_s({source.id}));
+                   built_->tail_samples(computer().longest_delay_s({source.id}));
     });
     room_.state.time_s = time_s;
+    return true;
+}
+
+void RoomPlayback::finish_beginning() {
+    std::vector<SceneTime> ended;  // destroyed after the lock
+    std::shared_ptr<BuiltRoom> before;
+    const std::lock_guard lock(mutex_);
+    std::swap(ended, ended_);
+    before = std::exchange(present_, built_);
 }
 
 std::vector<std::vector<float>> RoomPlayback::impulse_response(SourceId source,
@@ -260,13 +283,14 @@ std::vector<std::vector<float>> RoomPlayback::impulse_response(SourceId source,
 std::int64_t RoomPlayback::newest_tail_samples() const {
     double longest_s = 0;
     for (const SourceState& source : room_.state.sources)
-        longest_s = std::max(longest_s, present_->computer.longest_delay_s({source.id}));
-    return present_->tail_samples(longest_s);
+        longest_s = std::max(longest_s, built_->computer.longest_delay_s({source.id}));
+    return built_->tail_samples(longest_s);
 }
 
-FrameRoom RoomPlayback::take_changes(std::int64_t until, std::int64_t now, double time_s) {
+std::optional<FrameRoom> RoomPlayback::take_changes(std::int64_t until, std::int64_t now,
+                                                    double time_s, bool may_begin_scene) {
     const std::lock_guard lock(mutex_);
-    apply_changes_locked(until, now, time_s);
+    if (!apply(until, now, time_s, may_begin_scene)) return {};
     FrameRoom room = room_;
     room_.materials.clear();
     std::fill(room_.poses_ns.begin(), room_.poses_ns.end(), 0);

@@ -46,23 +46,27 @@ class RoomPlayback {
     void change_source(SourceId source, std::int64_t at, std::function<void(SourceState&)> change);
     void set_listener(std::size_t listener, const Pose& pose, std::int64_t at);
     void change_room(std::int64_t at, std::function<void(FrameRoom&)> change);
-    /// A change that belongs to the scene of its time, or to one that is given by its number:
-    /// without effect in another one.
-    void change_scene(std::int64_t at, std::function<void(FrameRoom&)> change,
-                      std::optional<std::uint64_t> number = {});
+    /// A change of a scene, given by its number: without effect in another one.
+    void change_scene(std::uint64_t number, std::int64_t at,
+                      std::function<void(FrameRoom&)> change);
     /// Exchanges the scene from the first frame at or after a time on. Returns its number.
     std::uint64_t begin_scene(std::shared_ptr<BuiltRoom> next, std::int64_t at);
     void set_paused(bool paused) { pause_.set_paused(paused); }
     virtual void commit(std::int64_t /*until*/) {}
     AuralizerStatus status() const;
-    /// The scene to which commands refer that are made now.
-    std::shared_ptr<const BuiltRoom> scene_at(std::int64_t at) const;
-    /// That of the newest frame.
+    /// A scene with its number, in the order of begin_scene(); the first one has 0.
+    struct NumberedScene {
+        std::shared_ptr<const Scene> scene;
+        std::uint64_t number = 0;
+    };
+    /// The scene to which a command for a time refers.
+    NumberedScene scene_at(std::int64_t at) const;
+    /// The scene of the newest frame.
     std::shared_ptr<const BuiltRoom> present() const;
     /// The present room as another scene has it before its first frame.
     RoomState state_in(const BuiltRoom& next) const;
     std::int64_t tail_samples() const {
-        return std::max(tail_samples_.load(), exchange_.ring_samples());
+        return std::max(tail_samples_.load(), exchange_.tail_samples());
     }
 
     /// See Auralizer::impulse_response().
@@ -82,26 +86,29 @@ class RoomPlayback {
     /// Calls AuralizerOptions::before_frame; changes that it makes have this sample time.
     void call_before_frame(Auralizer& auralizer, std::int64_t sample, double time_s);
 
-    /// Applies all changes up to a sample to the room. Sources that have rung out at sample `now`
-    /// end.
-    void apply_changes(std::int64_t until, std::int64_t now, double time_s);
+    /// Applies all changes up to a sample to the room, unless another scene begins with them.
+    /// Sources that have rung out at sample `now` end. Returns whether they were applied.
+    bool apply_changes(std::int64_t until, std::int64_t now, double time_s);
 
-    /// The same, and returns the room for a frame.
-    FrameRoom take_changes(std::int64_t until, std::int64_t now, double time_s);
+    /// The same, also if a scene begins, provided that one may, and returns the room for a frame;
+    /// none if the changes were not applied.
+    std::optional<FrameRoom> take_changes(std::int64_t until, std::int64_t now, double time_s,
+                                          bool may_begin_scene = true);
 
     /// tail_samples() of the frame that was computed last.
     std::int64_t newest_tail_samples() const;
 
-    // Of the newest frame, or the next one once its changes have been taken.
-    BuiltRoom& built() { return *present_; }
-    std::shared_ptr<BuiltRoom> newest_room() { return present_; }
+    // Of the frame whose changes have been taken last.
+    const std::shared_ptr<BuiltRoom>& built() { return built_; }
     std::uint64_t scene_number() const { return room_.scene; }
-    FrameComputer& computer() { return present_->computer; }
-    SoundingRoom& newest() { return *present_->sounding; }
+    FrameComputer& computer() { return built_->computer; }
+    SoundingRoom& newest() { return *built_->sounding; }
 
-    /// Whether another scene has begun with the changes that were taken last, and frees the one
-    /// before it.
-    bool scene_has_begun() { return std::exchange(before_, nullptr) != nullptr; }
+    /// Whether another scene has begun with those changes.
+    bool scene_begins() const { return built_ != present_; }
+
+    /// Its first frame has been computed: frees the scene before it.
+    void finish_beginning();
 
     /// Renders at most a block of samples, from `offset` of the inputs on, and overwrites the
     /// outputs. `weights`: a factor for each sample of the inputs, or empty. [rendering thread]
@@ -123,7 +130,7 @@ class RoomPlayback {
     virtual std::int64_t pose_ns() const { return 0; }
     /// Tells the propagation thread that a scene is to begin.
     virtual void announce_scene() {}
-    /// The changes that were taken last have begun another scene.
+    /// Another scene begins with the changes that are taken.
     virtual void take_scene(SoundingRoom& /*next*/) {}
 
     const double rate_hz_;
@@ -150,7 +157,7 @@ class RoomPlayback {
     };
 
     const SceneTime& scene_of(const ChangeTime& time) const;
-    void apply_changes_locked(std::int64_t until, std::int64_t now, double time_s);
+    bool apply(std::int64_t until, std::int64_t now, double time_s, bool may_begin_scene);
 
     // Used by the rendering thread.
     std::atomic<std::int64_t> muted_ = 0;  ///< samples
@@ -163,10 +170,11 @@ class RoomPlayback {
     ChangeQueue<FrameRoom> changes_;
     std::uint64_t last_scene_ = 0;
     std::vector<SceneTime> scenes_;  ///< the present one and those that are to begin
-    FrameRoom room_;                 ///< with all changes up to the newest frame
-    std::shared_ptr<BuiltRoom>
-        present_;                        ///< of the newest frame; the propagation thread changes it
-    std::shared_ptr<BuiltRoom> before_;  ///< the one before it, until scene_has_begun()
+    std::vector<SceneTime> ended_;        ///< until finish_beginning()
+    std::uint64_t frame_scene_ = 0;       ///< to which commands of before_frame refer
+    FrameRoom room_;                      ///< with all changes up to the newest frame
+    std::shared_ptr<BuiltRoom> built_;    ///< see built(); the propagation thread changes both
+    std::shared_ptr<BuiltRoom> present_;  ///< of the newest frame that is computed
 };
 
 }  // namespace aula

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -20,7 +19,7 @@ namespace aula {
 /// present one fades out and then rings out. The weights of all inputs add up to one, so that each
 /// sample is rendered once in total, without a click. `Source` provides rooms, and takes those that
 /// have rung out: take() and give_back() of a Mailbox. A room has tail_samples(): how long it is
-/// heard after its input has ended. [rendering thread, except the constructor and ring_samples()]
+/// heard after its input has ended. [rendering thread, except the constructor and tail_samples()]
 template <typename Room, typename Source = Mailbox<Room>>
 class RoomExchange {
  public:
@@ -64,10 +63,10 @@ class RoomExchange {
 
     /// Begins the next room, which there is, without a wait: the oldest one fades out meanwhile. Of
     /// more than one that fade out the oldest ends at once.
-    void advance_now() noexcept AULA_NONBLOCKING {
+    void advance_now(bool fades_in) noexcept AULA_NONBLOCKING {
         if (ringing_count() == ringing_.size()) give_back(oldest());
         if (ringing_count() == kMaxRinging) end(oldest());
-        begin(*rooms_.take(), playing_ != nullptr);
+        begin(*rooms_.take(), fades_in);
     }
 
     /// The room that plays; null before the first one.
@@ -100,8 +99,8 @@ class RoomExchange {
         advance_fades(samples);
     }
 
-    /// How long the rooms that ring out are still heard. [any thread]
-    std::int64_t ring_samples() const noexcept AULA_NONBLOCKING { return ring_samples_.load(); }
+    /// How long the rooms are heard after their inputs have ended. [any thread]
+    std::int64_t tail_samples() const noexcept AULA_NONBLOCKING { return tail_samples_.load(); }
 
     /// Gives all rooms back.
     void clear() noexcept AULA_NONBLOCKING {
@@ -200,7 +199,7 @@ class RoomExchange {
 
     void advance_fades(int samples) noexcept AULA_NONBLOCKING {
         first_fade_.advance(static_cast<std::size_t>(samples));
-        std::int64_t longest = 0;
+        std::int64_t longest = playing_ != nullptr ? playing_->tail_samples() : 0;
         for (Ringing& ringing : ringing_) {
             if (ringing.room == nullptr) continue;
             ringing.input.advance(static_cast<std::size_t>(samples));
@@ -213,7 +212,7 @@ class RoomExchange {
             if (ringing.remaining <= 0) end(ringing);
             longest = std::max(longest, ringing.remaining);
         }
-        ring_samples_.store(longest, std::memory_order_relaxed);
+        tail_samples_.store(longest, std::memory_order_relaxed);
     }
 
     Source& rooms_;
@@ -225,7 +224,7 @@ class RoomExchange {
     std::vector<float> weights_;
     std::vector<float> output_weights_;
     std::vector<float> playing_weights_;
-    std::atomic<std::int64_t> ring_samples_ = 0;
+    std::atomic<std::int64_t> tail_samples_ = 0;
 };
 
 }  // namespace aula

@@ -7,14 +7,6 @@
 
 namespace aula {
 
-namespace {
-
-/// Time for which the caches of a change are filled before it begins, which reduces its initial
-/// noise.
-constexpr double kWarmUp_s = 0.25;
-
-}  // namespace
-
 ChangePreparer::ChangePreparer(double sample_rate_hz, Hooks hooks)
     : hooks_(std::move(hooks)), rate_hz_(sample_rate_hz), thread_([this] {
           lower_priority(kPropagationNice);
@@ -83,7 +75,7 @@ bool ChangePreparer::make(const Change& change) {
     if (change.starts_anew || other_rate) before.sources.clear();
     auto prepared =
         std::make_unique<PreparedScene>(change.scene, change.options, change.starts_anew, before);
-    prepared->built->computer.warm_up(hooks_.state(*prepared), kWarmUp_s);
+    prepared->built->computer.warm_up(hooks_.state(*prepared));
     {
         const std::lock_guard lock(mutex_);
         if (stop_) return true;

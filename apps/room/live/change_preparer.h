@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "apps/room/frames/play_controls.h"
+#include "apps/room/frames/room_state.h"
 #include "apps/room/live/prepared_scene.h"
 
 namespace aula {
@@ -52,8 +52,8 @@ class ChangePreparer {
     /// prepared. [any thread]
     std::uint64_t request_if_idle(Scene scene, PlaybackOptions options);
 
-    /// Notes that the change in preparation has begun: later requests continue it. [the thread, in
-    /// Hooks::begin]
+    /// Notes that the change in preparation has begun: later requests continue it. [any thread,
+    /// during Hooks::begin]
     void set_begun();
 
     /// Ends the thread; no change begins afterwards. [the owner's thread]

@@ -9,7 +9,6 @@
 #include "apps/room/auralizer/live_auralizer.h"
 #include "apps/room/base/latency.h"
 #include "apps/room/base/pause_fade.h"
-#include "apps/room/base/room_exchange.h"
 #include "apps/room/frames/signals.h"
 #include "apps/room/frames/timeline.h"
 #include "audio/base/mailbox.h"

@@ -89,6 +89,7 @@ bool Player::State::follow_rate(double device_hz) {
     const std::lock_guard lock(mutex);
     device_rate_hz = device_hz;
     changes->set_sample_rate(device_hz);
+    if (exchanges_auralizer) return false;
     if (rate_hz == device_hz) {
         requested_rate_hz.reset();
         return true;
@@ -115,7 +116,7 @@ void Player::State::start() {
          .after_frame = [this](const FrameMaker& maker,
                                double spare_s) { after_frame(maker, spare_s); },
          .scene_begins = [this] { take_next(); },
-         .scene_has_begun = [this](const FrameMaker& maker) { note_begun(maker); }});
+         .scene_has_begun = [this](const FrameMaker& maker) { take_first(maker); }});
 }
 
 /// Switches to a prepared scene, and waits until its first frame has been handed over. False if it
@@ -140,7 +141,11 @@ bool Player::State::begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t
 /// The scene that is to begin becomes the present one. [propagation thread]
 void Player::State::take_next() {
     const std::lock_guard lock(mutex);
-    if (!next) return;
+    if (next) switch_to_next();
+}
+
+/// The mutex is locked.
+void Player::State::switch_to_next() {
     if (next->starts_anew) {
         controls = {};
         next->zero_s = mixer->time_s();
@@ -153,9 +158,13 @@ void Player::State::take_next() {
 }
 
 /// The first frame of the present scene has been handed over. [propagation thread]
-void Player::State::note_begun(const FrameMaker& maker) {
+void Player::State::take_first(const FrameMaker& maker) {
     const std::lock_guard lock(mutex);
-    if (status.audible_change == next_change) return;
+    if (status.audible_change != next_change) note_begun(maker);
+}
+
+/// The mutex is locked.
+void Player::State::note_begun(const FrameMaker& maker) {
     if (playing->starts_anew) playing->zero_s = mixer->time_s();
     take_frame(maker);
     status.audible_change = next_change;
@@ -166,38 +175,42 @@ void Player::State::note_begun(const FrameMaker& maker) {
 /// rate. [preparing thread]
 bool Player::State::begin_at_other_rate(std::unique_ptr<PreparedScene> prepared,
                                         std::uint64_t number) {
+    LiveAuralizer& other = *prepared->auralizer;
+    RoomState state = state_of(*prepared);
+    const double time_s = state.time_s;
+    other.room().set_listener(state.listeners[0]);
+    other.set_state(0, std::move(state));
+    const FrameMaker& maker = other.compute_first(time_s);
     {
         const std::lock_guard lock(mutex);
         if (stop) return true;
         if (prepared->options.sample_rate_hz != device_rate_hz) return false;
-        next = std::move(prepared);
-        next_change = number;
+        exchanges_auralizer = true;
     }
     // No frame uses what plays from here on.
     auralizer->stop();
     std::unique_ptr<LiveAuralizer> old_auralizer;
     std::unique_ptr<LiveMixer> old_mixer;
-    {
-        const std::lock_guard lock(mutex);
-        earlier = frames_so_far();
-        PreparedScene& with = *next;
-        old_auralizer = std::exchange(auralizer, std::move(with.auralizer));
-        auralizer->begin_at(std::llround(mixer->time_s() * with.options.sample_rate_hz));
-        with.playback.follow({.number = playing->start,
-                              .zero = std::llround(playing->zero_s * with.options.sample_rate_hz)});
-        old_mixer =
-            std::exchange(mixer, std::make_unique<LiveMixer>(*auralizer, with.options.block));
-        rate_hz = with.options.sample_rate_hz;
-        monitor->follow(*mixer, rate_hz);
-    }
-    take_next();
-    if (controls.listener) auralizer->room().set_listener(*controls.listener);
-    const double time_s = mixer->time_s() - playing->zero_s;
-    before_frame(time_s);
-    note_begun(auralizer->compute_first(time_s));
-    start();
-    std::unique_ptr<PreparedScene> unused;  // destroyed after the lock
+    std::unique_ptr<PreparedScene> unused;
     const std::lock_guard lock(mutex);
+    exchanges_auralizer = false;
+    if (stop) return true;
+    earlier = frames_so_far();
+    next = std::move(prepared);
+    next_change = number;
+    rate_hz = next->options.sample_rate_hz;
+    other.begin_at(std::llround(mixer->time_s() * rate_hz));
+    next->playback.follow(
+        {.number = playing->start, .zero = std::llround(playing->zero_s * rate_hz)});
+    old_auralizer = std::exchange(auralizer, std::move(next->auralizer));
+    old_mixer =
+        std::exchange(mixer, std::make_unique<LiveMixer>(*auralizer, next->options.block));
+    monitor->follow(*mixer, rate_hz);
+    switch_to_next();
+    // A pose that has been set meanwhile.
+    if (controls.listener) auralizer->room().set_listener(*controls.listener);
+    note_begun(maker);
+    start();
     std::swap(unused, replaced);
     return true;
 }

@@ -30,10 +30,11 @@ struct Player::State {
     void start();
     bool begin(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
     bool begin_at_other_rate(std::unique_ptr<PreparedScene> prepared, std::uint64_t number);
-    void exchange_auralizer(PreparedScene& with);
     Reusable reusable();
     RoomState state_of(const PreparedScene& next);
     void take_next();
+    void switch_to_next();
+    void take_first(const FrameMaker& maker);
     void note_begun(const FrameMaker& maker);
     void before_frame(double time_s);
     void after_frame(const FrameMaker& maker, double spare_s);
@@ -62,6 +63,7 @@ struct Player::State {
     /// lock.
     std::unique_ptr<LiveAuralizer> auralizer;
     std::unique_ptr<LiveMixer> mixer;
+    bool exchanges_auralizer = false;  ///< the preparing thread is about to
     bool stop = false;
     std::unique_ptr<PreparedScene> playing;   ///< the auralizer's thread reads it without the lock
     std::unique_ptr<PreparedScene> next;      ///< until its first frame

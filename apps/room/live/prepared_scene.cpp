@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "apps/room/auralizer/auralizer_options.h"
-#include "apps/room/base/output_resources.h"
 #include "apps/room/frames/ray_budget.h"
 #include "apps/room/live/growing_length.h"
 

@@ -142,6 +142,20 @@ TEST_CASE("With changes of the scene any blocks and any number of threads give t
     CHECK(output(1, {480}, false) == reference);
 }
 
+TEST_CASE("A scene that is set before the first sample is heard from the first sample on") {
+    Scene wanted = dry_room();
+    wanted.sources.clear();
+    Auralizer constructed(wanted, mono());
+    Auralizer changed(test::room_with_panel(), mono());
+    for (Auralizer* const auralizer : {&constructed, &changed})
+        auralizer->add_source({.position = {1, 1, 1}});
+    changed.set_listener(wanted.listener.pose);
+    changed.set_scene(wanted);
+    const auto expected = rendered(constructed, 12000, {256}, noise_at);
+    CHECK(energy(expected, 0, 12000) > 0);
+    CHECK(rendered(changed, 12000, {256}, noise_at) == expected);
+}
+
 TEST_CASE("Sources, listeners and gains stay when the scene changes") {
     Auralizer auralizer(dry_room(), mono());
     const SourceId added = auralizer.add_source({.position = {1, 1, 1}});
@@ -229,6 +243,25 @@ TEST_CASE("Paths of a scene are followed in it only") {
     auralizer.set_scene(moving, 20000);
     rendered(auralizer, 30000, {256}, noise_at);
     CHECK(auralizer.status().frames > 0);
+}
+
+TEST_CASE("In real time the paths of scenes that another thread sets are followed") {
+    Scene moving = test::room_with_panel();
+    moving.simulation.frame_rate_hz = 200;
+    moving.objects.back().path = Trajectory{{{0, {}}, {1, at(1, 0, 0)}}};
+    Scene still = dry_room();
+    still.simulation.frame_rate_hz = 200;
+    AuralizerOptions options = mono(RenderClock::real_time);
+    options.before_frame = [follow = follow_paths(moving)](Auralizer& a, double time_s) {
+        // Most of the frame, so that scenes come in between.
+        follow(a, time_s);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        follow(a, time_s);
+    };
+    Auralizer auralizer(moving, options);
+    for (int i = 0; i < 10; ++i) auralizer.set_scene(i % 2 == 0 ? still : moving);
+    const auto frames = auralizer.status().frames;
+    CHECK(test::eventually([&] { return auralizer.status().frames > frames + 3; }));
 }
 
 TEST_CASE("Scenes change while another thread renders, and in a pause") {

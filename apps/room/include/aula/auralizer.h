@@ -122,15 +122,15 @@ struct AuralizerStatus {
 /// time of the last commit() if that is later. A change of a source that has not begun takes effect
 /// when the source begins.
 ///
-/// **Frames**: propagation frame k is at the time k / Simulation::frame_rate_hz. Orientations of
-/// heads, additions and removals take effect at the sample time of the change. All other changes
-/// take effect in the first frame at or after it.
+/// **Frames**: propagation frame k of a scene is k / Simulation::frame_rate_hz after its first one,
+/// which for the scene of the constructor is at the time 0. Orientations of heads, additions and
+/// removals take effect at the sample time of the change. All other changes take effect in the
+/// first frame at or after it.
 ///
 /// **Threads**: commands lock a mutex for a short time, except set_scene(), which builds a scene.
-/// Any thread may call them, but on the
-/// real-time clock the thread that renders must not. Threads that the object starts have ordinary
-/// priority, on the real-time clock a nice value of at least kPropagationNice from the second frame
-/// on. They end with the destructor.
+/// Any thread may call them, but on the real-time clock the thread that renders must not. Threads
+/// that the object starts have ordinary priority, on the real-time clock a nice value of at least
+/// kPropagationNice from the second frame on. They end with the destructor.
 ///
 /// **Errors**: wrong arguments throw InputError and change nothing. Commands for a source that is
 /// not present have no effect, nor do commands after an exception of the propagation thread;
@@ -152,7 +152,7 @@ class Auralizer {
     /// responses is prepared for those of `scene`, as by the constructor. The number of rays, and
     /// poses and materials of objects, are those of `scene`; commands for objects of the present
     /// scene have no effect in it. The inputs fade from the present scene to the next one over 50
-    /// ms, while the present one rings out; of three that ring out the oldest ends.
+    /// ms, while the present one rings out; of three that ring out the oldest fades out first.
     ///
     /// Copies and builds the scene while rendering goes on, and returns when it is ready to begin:
     /// at the first frame at or after `at`, on the real-time clock as soon as its first frame is
@@ -246,7 +246,7 @@ class Auralizer {
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs, int samples);
 
     /// Number of outputs of render(): channel_count() of the output format for each listener.
-    /// Constant, as are the two values below; any thread may ask for all five.
+    /// Constant, as are the two values below; any thread may ask for them.
     std::size_t output_channels() const;
 
     /// Delay from the inputs to the outputs of render(): 0 on the real-time clock, 256 on the exact
@@ -258,6 +258,7 @@ class Auralizer {
     double sample_rate_hz() const;
 
     /// Length of the responses of the newest frame's scene: see Propagation::response_length_s().
+    /// This and the two values below are asked for like commands.
     double response_length_s() const;
 
     /// The same with the filter of AuralizerOptions::headphones, which comes after the room.
