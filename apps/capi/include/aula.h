@@ -133,8 +133,8 @@ typedef struct aula_status {
     double frame_worst_ms;    /* longest computation time of all frames */
     double frame_period_ms;   /* time between frames; in real time frame_ms must be below it */
     double frame_age_s;       /* time since the newest frame reached the sound (AULA_REAL_TIME) */
-    double response_length_s; /* length of the room's impulse responses, constant; those
-                                 that are heard are longer by that of the headphones */
+    double response_length_s; /* length of the impulse responses of the present scene;
+                                 those that are heard are longer by that of the headphones */
     int64_t tail_samples;     /* how long sources are heard after their signals have ended */
     uint64_t memory_bytes;    /* memory of the propagation's caches */
     int32_t rays;             /* per source in the newest frame */
