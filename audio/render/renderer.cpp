@@ -93,6 +93,7 @@ struct Renderer::State {
     std::int64_t frame_begin = 0;    ///< of the newest frame
     std::size_t step = 0;            ///< of the newest frame, the next to begin
     std::int64_t fade_end = 0;       ///< of the last exchange
+    std::int64_t path_fade_end = 0;  ///< of paths of the newest frame that differ
     std::int64_t rendered = 0;       ///< samples
 
     FieldRotation rotation;
@@ -116,7 +117,7 @@ struct Renderer::State {
     /// Begins the frame or the step whose time has come. Returns how many of `samples` samples are
     /// rendered before the next one.
     std::size_t exchange(const HeadRotation& head, std::size_t samples) noexcept AULA_NONBLOCKING {
-        const std::int64_t frame = waiting != nullptr ? rendered : kNever;
+        const std::int64_t frame = waiting != nullptr ? std::max(rendered, path_fade_end) : kNever;
         const std::int64_t next = std::max(std::min(frame, step_begin()), fade_end);
         if (next > rendered)
             return static_cast<std::size_t>(
@@ -150,6 +151,7 @@ struct Renderer::State {
         held[held_count++] = frame;
         newest_stamp = frame->stamp;
         frame_begin = rendered;
+        path_fade_end = rendered + static_cast<std::int64_t>(shape.path_fade_samples);
         begin_step();
         for (std::size_t i = 0; i < paths.size(); ++i) {
             for (std::size_t p = 0; p < paths[i].size(); ++p) {

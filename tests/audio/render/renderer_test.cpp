@@ -58,6 +58,32 @@ TEST_CASE("The output is silent before the first frame, which takes effect witho
     }
 }
 
+TEST_CASE("A frame that comes while paths fade waits for them") {
+    RendererConfig config = config_for(OutputFormat::mono);
+    config.steps_hz = 60;
+    Player player(config, nullptr, {Signal(8192, 1.0F)});
+    const auto publish = [&](std::uint64_t id, float gain) {
+        SourceSound sound;
+        sound.direct = path_of(100, gain);
+        sound.direct->id = id;
+        player.publish({sound});
+    };
+    // Paths fade for 1024 samples, the reverberation of each half of a frame for 800.
+    publish(1, 1);
+    player.play_until(1024, {128});
+    publish(2, 0);
+    player.play_until(1024 + 128, {128});
+    publish(3, 1);
+    player.play_until(8192, {128});
+    const Signal& output = player.output(0);
+    float step = 0;
+    for (std::size_t n = 200; n < output.size(); ++n)
+        step = std::max(step, std::abs(output[n] - output[n - 1]));
+    // The steepest step of a raised cosine of 1024 samples, with rounding.
+    CHECK(double{step} < 1.01 * std::numbers::pi / 2 / 1024);
+    CHECK(output.back() == Approx(1));
+}
+
 TEST_CASE("The rendered output agrees with its definition") {
     const std::vector<std::size_t> calls =
         GENERATE(std::vector<std::size_t>{256}, std::vector<std::size_t>{100, 256, 1, 31});
