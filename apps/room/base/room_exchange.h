@@ -19,7 +19,8 @@ namespace aula {
 /// present one fades out and then rings out. The weights of all inputs add up to one, so that each
 /// sample is rendered once in total, without a click. `Source` provides rooms, and takes those that
 /// have rung out: take() and give_back() of a Mailbox. A room has tail_samples(): how long it is
-/// heard after its input has ended. [rendering thread, except the constructor and tail_samples()]
+/// heard after its input has ended. Functions are as free of waits as those of the room, of the
+/// source and those that are passed. [rendering thread, except the constructor and tail_samples()]
 template <typename Room, typename Source = Mailbox<Room>>
 class RoomExchange {
  public:
@@ -49,7 +50,7 @@ class RoomExchange {
     /// Begins the next room if there is one. It waits until fewer than kMaxRinging ring out.
     /// `fades_in(room)`: whether its input fades in; called before it begins.
     template <typename FadesIn>
-    void advance(FadesIn&& fades_in) noexcept AULA_NONBLOCKING {
+    void advance(FadesIn&& fades_in) noexcept {
         if (waiting_ == nullptr) waiting_ = rooms_.take();
         if (waiting_ == nullptr) return;
         if (ringing_count() == kMaxRinging) return end(oldest());
@@ -57,13 +58,13 @@ class RoomExchange {
         begin(next, fades_in(next));
     }
     /// The input of the first room does not fade in.
-    void advance() noexcept AULA_NONBLOCKING {
+    void advance() noexcept {
         advance([this](Room&) noexcept AULA_NONBLOCKING { return playing_ != nullptr; });
     }
 
     /// Begins the next room, which there is, without a wait: the oldest one fades out meanwhile. Of
     /// more than one that fade out the oldest ends at once.
-    void advance_now(bool fades_in) noexcept AULA_NONBLOCKING {
+    void advance_now(bool fades_in) noexcept {
         if (ringing_count() == ringing_.size()) give_back(oldest());
         if (ringing_count() == kMaxRinging) end(oldest());
         begin(*rooms_.take(), fades_in);
@@ -74,7 +75,7 @@ class RoomExchange {
 
     /// Calls a function for each room that sounds.
     template <typename Visit>
-    void for_each(Visit&& visit) noexcept AULA_NONBLOCKING {
+    void for_each(Visit&& visit) noexcept {
         if (playing_ != nullptr) visit(*playing_);
         for (const Ringing& ringing : ringing_)
             if (ringing.room != nullptr) visit(*ringing.room);
@@ -83,7 +84,7 @@ class RoomExchange {
     /// Calls visit(room, input weights, output weights) for each room that sounds, first for the
     /// one that plays. Weights are a factor for each sample; empty: 1.
     template <typename Visit>
-    void render(int samples, Visit&& visit) noexcept AULA_NONBLOCKING {
+    void render(int samples, Visit&& visit) noexcept {
         const auto count = static_cast<std::size_t>(samples);
         if (playing_ != nullptr) visit(*playing_, playing_weights(count), std::span<float>());
         for (const Ringing& ringing : ringing_) {
@@ -103,7 +104,7 @@ class RoomExchange {
     std::int64_t tail_samples() const noexcept AULA_NONBLOCKING { return tail_samples_.load(); }
 
     /// Gives all rooms back.
-    void clear() noexcept AULA_NONBLOCKING {
+    void clear() noexcept {
         for (Ringing& ringing : ringing_)
             if (ringing.room != nullptr) give_back(ringing);
         for (Room** const room : {&playing_, &waiting_})
@@ -143,7 +144,7 @@ class RoomExchange {
         return *oldest;
     }
 
-    void give_back(Ringing& ringing) noexcept AULA_NONBLOCKING {
+    void give_back(Ringing& ringing) noexcept {
         rooms_.give_back(std::exchange(ringing.room, nullptr));
     }
 
@@ -170,7 +171,7 @@ class RoomExchange {
         return weights;
     }
 
-    void begin(Room& next, bool fades_in) noexcept AULA_NONBLOCKING {
+    void begin(Room& next, bool fades_in) noexcept {
         if (playing_ != nullptr) {
             ring(*playing_, playing_weight(0));
             for (Ringing& ringing : ringing_) ringing.shared = ringing.shared && fades_in;
@@ -182,7 +183,7 @@ class RoomExchange {
 
     /// Lets a room ring out: beyond its tail for the fade of its input, and as long again for the
     /// decay of the filters.
-    void ring(Room& room, float weight) noexcept AULA_NONBLOCKING {
+    void ring(Room& room, float weight) noexcept {
         for (Ringing& ringing : ringing_) {
             if (ringing.room != nullptr) continue;
             ringing.room = &room;
@@ -197,7 +198,7 @@ class RoomExchange {
         }
     }
 
-    void advance_fades(int samples) noexcept AULA_NONBLOCKING {
+    void advance_fades(int samples) noexcept {
         first_fade_.advance(static_cast<std::size_t>(samples));
         std::int64_t longest = playing_ != nullptr ? playing_->tail_samples() : 0;
         for (Ringing& ringing : ringing_) {
@@ -218,7 +219,7 @@ class RoomExchange {
     Source& rooms_;
     Room* playing_ = nullptr;
     Room* waiting_ = nullptr;  ///< until fewer ring out
-    Fade first_fade_;  ///< of a room without one before it
+    Fade first_fade_;          ///< of a room without one before it
     std::vector<Ringing> ringing_;
     std::uint64_t last_number_ = 0;
     std::vector<float> weights_;
