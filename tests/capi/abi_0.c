@@ -104,6 +104,8 @@ int aula_room_create(const aula_scene *scene, const aula_options *options, aula_
 
 void aula_room_destroy(aula_room *room) {}
 
+int aula_room_set_scene(aula_room *room, const aula_scene *scene, int64_t at) { return 0; }
+
 int aula_room_add_source(aula_room *room, const aula_pose *pose, const char *directivity,
                          int64_t at, aula_source *source) {
     return 0;
