@@ -130,8 +130,7 @@ bool RealTimePlayback::wait_out_pause(FrameClock& clock) {
 
 /// Empty if another scene is to begin and this is not its first frame.
 ListenerFrames RealTimePlayback::compute(double time_s, bool is_first) {
-    const std::optional<FrameRoom> room =
-        take_changes(kAll, rendered_.load(), time_s, is_first);
+    const std::optional<FrameRoom> room = take_changes(kAll, rendered_.load(), time_s, is_first);
     if (!room) return {};
     ListenerFrames frames;
     for (std::size_t l = 0; l < listeners_; ++l)

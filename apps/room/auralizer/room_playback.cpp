@@ -20,7 +20,8 @@ RoomState state_in_scene(RoomState state, const BuiltRoom& next) {
     std::erase_if(state.sources,
                   [](const SourceState& source) { return source.removed_at.has_value(); });
     state.objects.clear();
-    for (const Object& object : next.scene->objects) state.objects.push_back(object.transform_at(0));
+    for (const Object& object : next.scene->objects)
+        state.objects.push_back(object.transform_at(0));
     state.rays = next.rays;
     return state;
 }
@@ -247,9 +248,9 @@ bool RoomPlayback::apply(std::int64_t until, std::int64_t now, double time_s,
     if (begins) {
         built_ = room_.built;
         computer().continue_counts(present_->computer);
-        const auto begun = std::find_if(
-            scenes_.begin(), scenes_.end(),
-            [this](const SceneTime& scene) { return scene.number == room_.scene; });
+        const auto begun =
+            std::find_if(scenes_.begin(), scenes_.end(),
+                         [this](const SceneTime& scene) { return scene.number == room_.scene; });
         std::move(scenes_.begin(), begun, std::back_inserter(ended_));
         scenes_.erase(scenes_.begin(), begun);
         newest().begin(room_.slots, room_.state.listeners);

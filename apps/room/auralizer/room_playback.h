@@ -169,7 +169,7 @@ class RoomPlayback {
     SourceRegister sources_;
     ChangeQueue<FrameRoom> changes_;
     std::uint64_t last_scene_ = 0;
-    std::vector<SceneTime> scenes_;  ///< the present one and those that are to begin
+    std::vector<SceneTime> scenes_;       ///< the present one and those that are to begin
     std::vector<SceneTime> ended_;        ///< until finish_beginning()
     std::uint64_t frame_scene_ = 0;       ///< to which commands of before_frame refer
     FrameRoom room_;                      ///< with all changes up to the newest frame

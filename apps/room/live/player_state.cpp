@@ -203,8 +203,7 @@ bool Player::State::begin_at_other_rate(std::unique_ptr<PreparedScene> prepared,
     next->playback.follow(
         {.number = playing->start, .zero = std::llround(playing->zero_s * rate_hz)});
     old_auralizer = std::exchange(auralizer, std::move(next->auralizer));
-    old_mixer =
-        std::exchange(mixer, std::make_unique<LiveMixer>(*auralizer, next->options.block));
+    old_mixer = std::exchange(mixer, std::make_unique<LiveMixer>(*auralizer, next->options.block));
     monitor->follow(*mixer, rate_hz);
     switch_to_next();
     // A pose that has been set meanwhile.
