@@ -51,7 +51,7 @@ std::uint64_t hash_of(const std::vector<Object>& objects) {
 }
 
 /// A source and its pairs.
-struct SourceState {
+struct SourcePairs {
     std::shared_ptr<const EmissionSampler> sampler;  ///< null: omnidirectional
     std::vector<Pair> pairs;                         ///< [listener]
     std::vector<Pair> at_rest{};                     ///< [receiver] of the newest responses_at()
@@ -74,7 +74,7 @@ struct Propagation::State {
     std::optional<DirectSound> direct_sound;  // where the scene has edges that diffract it
     std::unique_ptr<ResponseEstimator> estimator;
     PatchPropagation* patches = nullptr;  // the estimator; null for those without patches
-    std::vector<SourceState> sources;
+    std::vector<SourcePairs> sources;
     std::optional<FrameInput> at_rest;  // of the newest responses_at()
     std::uint64_t seed;
     std::uint64_t frame = 0;
@@ -175,7 +175,7 @@ struct Propagation::State {
         return std::vector<Pair>(listener_count, {silent(), {}, {}});
     }
 
-    SourceState make_source(const Directivity& directivity) const {
+    SourcePairs make_source(const Directivity& directivity) const {
         return {directivity.is_omnidirectional() ? nullptr
                                                  : std::make_shared<EmissionSampler>(directivity),
                 silent_pairs()};
@@ -207,7 +207,7 @@ struct Propagation::State {
     void restart() {
         frame = 0;
         specular.restart(derive_seed(seed, SeedPurpose::specular));
-        for (SourceState& source : sources) source.pairs = silent_pairs();
+        for (SourcePairs& source : sources) source.pairs = silent_pairs();
         estimator->restart();
     }
 
@@ -233,7 +233,7 @@ struct Propagation::State {
 
     /// `pairs` or `at_rest` of all sources in a frame, [source * listeners + listener].
     std::vector<FramePair> pairs_of(const PropagationFrame& frame,
-                                    std::vector<Pair> SourceState::*of_source) {
+                                    std::vector<Pair> SourcePairs::*of_source) {
         std::vector<FramePair> pairs;
         for (std::size_t s = 0; s < sources.size(); ++s)
             for (std::size_t l = 0; l < frame.input.listeners.size(); ++l)
@@ -335,13 +335,13 @@ struct Propagation::State {
         const FrameInput& input = frame.input;
         const bool continues =
             at_rest && at_rest->sources == input.sources && at_rest->listeners == input.listeners;
-        for (SourceState& source : sources) {
+        for (SourcePairs& source : sources) {
             source.at_rest.resize(input.listeners.size());
             for (Pair& pair : source.at_rest)
                 pair = {silent(), {}, continues ? std::move(pair.memory) : PairMemory{}};
         }
         at_rest = input;
-        std::vector<FramePair> pairs = pairs_of(frame, &SourceState::at_rest);
+        std::vector<FramePair> pairs = pairs_of(frame, &SourcePairs::at_rest);
         if (!direct_sound) return pairs;
         std::vector<std::size_t> open(continues ? 0 : pairs.size());
         std::iota(open.begin(), open.end(), std::size_t{0});
@@ -410,7 +410,7 @@ void Propagation::step(const FrameInput& given) {
     }
     const FrameInput input = s.nudged(given);
     const PropagationFrame frame = s.frame_of(input, s.frame);
-    const std::vector<FramePair> pairs = s.pairs_of(frame, &SourceState::pairs);
+    const std::vector<FramePair> pairs = s.pairs_of(frame, &SourcePairs::pairs);
 
     if (s.direct_sound) s.direct_sound->begin_frame(moved_m > 0);
     if (s.direct_sound && s.frame == 0) State::begin_elsewhere(pairs, moved_m > 0);

@@ -8,12 +8,14 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "apps/python/arrays.h"
+#include "apps/python/interruption.h"
 #include "apps/python/overrides.h"
 #include "apps/python/scene_bindings.h"
 #include "aula/exception.h"
@@ -29,19 +31,22 @@ using ObjectKey = std::variant<std::size_t, std::string>;
 /// use it at the same time.
 class PythonAuralizer {
  public:
-    PythonAuralizer(const Scene& scene, AuralizerOptions options, const Overrides& overrides)
-        : overrides_(overrides), auralizer_(scene, std::move(options)) {}
+    /// `overrides`: without levels, which only measurements use.
+    PythonAuralizer(const Scene& scene, AuralizerOptions options, Overrides overrides)
+        : overrides_(std::move(overrides)), auralizer_(scene, std::move(options)) {}
 
-    /// All functions without the interpreter's lock.
-    Auralizer& operator*() { return auralizer_; }
-    Auralizer* operator->() { return &auralizer_; }
+    /// The auralizer. Throws what has ended its propagation.
+    Auralizer* operator->() {
+        static_cast<void>(auralizer_.status());
+        return &auralizer_;
+    }
 
     const Overrides& overrides() const { return overrides_; }
 
     void render(std::span<const SourceSignal> inputs, std::span<float* const> outputs,
                 int samples) {
         const std::lock_guard lock(rendering_);
-        auralizer_.render(inputs, outputs, samples);
+        (*this)->render(inputs, outputs, samples);
     }
 
     std::size_t index_of(const ObjectKey& key) const {
@@ -62,12 +67,19 @@ class PythonAuralizer {
     Auralizer auralizer_;
 };
 
-std::unique_ptr<PythonAuralizer> make_auralizer(const SharedScene& shared, double sample_rate_hz,
-                                                const std::string& output, const std::string& hrtf,
-                                                int ambisonic_order, const std::string& headphones,
-                                                bool is_exact, std::size_t max_sources,
-                                                std::uint64_t max_memory_bytes,
-                                                const Overrides& overrides) {
+/// Destroys an auralizer without the interpreter's lock: it waits for the frame in progress.
+struct DestroyReleased {
+    void operator()(PythonAuralizer* auralizer) const {
+        const py::gil_scoped_release released;
+        delete auralizer;
+    }
+};
+using Holder = std::unique_ptr<PythonAuralizer, DestroyReleased>;
+
+Holder make_auralizer(const SharedScene& shared, double sample_rate_hz, const std::string& output,
+                      const std::string& hrtf, int ambisonic_order, const std::string& headphones,
+                      bool is_exact, std::size_t max_sources, std::uint64_t max_memory_bytes,
+                      const Overrides& overrides) {
     const Scene scene = with(*shared.get(), overrides);
     AuralizerOptions options;
     options.sample_rate_hz = sample_rate_hz;
@@ -78,23 +90,29 @@ std::unique_ptr<PythonAuralizer> make_auralizer(const SharedScene& shared, doubl
     options.clock = is_exact ? RenderClock::exact : RenderClock::real_time;
     options.max_sources = max_sources;
     options.max_memory_bytes = max_memory_bytes;
+    Overrides kept = overrides;
+    kept.speech_db.reset();
+    kept.noise_db.reset();
     const py::gil_scoped_release released;
-    return std::make_unique<PythonAuralizer>(scene, std::move(options), overrides);
+    return Holder(new PythonAuralizer(scene, std::move(options), std::move(kept)));
 }
 
 std::uint64_t add_source(PythonAuralizer& auralizer, const Source& source) {
     const Pose pose = source.pose_at(0);
     const py::gil_scoped_release released;
-    return auralizer
-        ->add_source({.position = pose.position,
-                      .yaw_rad = pose.yaw_rad,
-                      .pitch_rad = pose.pitch_rad,
-                      .roll_rad = pose.roll_rad,
-                      .directivity = source.directivity,
-                      .gain_db = source.gain_db,
-                      .name = source.name})
-        .number;
+    const SourceId added = auralizer->add_source({.position = pose.position,
+                                                  .yaw_rad = pose.yaw_rad,
+                                                  .pitch_rad = pose.pitch_rad,
+                                                  .roll_rad = pose.roll_rad,
+                                                  .directivity = source.directivity,
+                                                  .gain_db = source.gain_db,
+                                                  .name = source.name});
+    static_cast<void>(auralizer->status());  // of a propagation that has failed meanwhile
+    return added.number;
 }
+
+/// Samples that are rendered between two questions for signals: a frame at 30 Hz and 48 kHz.
+constexpr int kPart = 1600;
 
 /// (channel, N).
 py::array_t<float> process(PythonAuralizer& auralizer,
@@ -106,11 +124,17 @@ py::array_t<float> process(PythonAuralizer& auralizer,
     py::array_t<float> array(std::vector<std::size_t>{channels, count});
     std::vector<float*> outputs;
     for (std::size_t c = 0; c < channels; ++c) outputs.push_back(array.mutable_data() + c * count);
+    Interruption interruption;
     {
         const py::gil_scoped_release released;
-        auralizer->status();  // throws what has ended the propagation
-        auralizer.render(inputs, outputs, samples);
+        for (int done = 0; done < samples && interruption.continues(); done += kPart) {
+            const int part = std::min(kPart, samples - done);
+            auralizer.render(inputs, outputs, part);
+            for (SourceSignal& input : inputs) input.samples += part;
+            for (float*& output : outputs) output += part;
+        }
     }
+    interruption.rethrow();
     return array;
 }
 
@@ -143,7 +167,7 @@ RigidTransform transform_of(const Array<float>& rows) {
 
 void bind_auralizer(py::module_& module) {
     using Released = py::call_guard<py::gil_scoped_release>;
-    py::class_<PythonAuralizer>(module, "Auralizer")
+    py::class_<PythonAuralizer, Holder>(module, "Auralizer")
         .def(py::init(&make_auralizer))
         .def("add_source", &add_source)
         .def(
@@ -185,6 +209,7 @@ void bind_auralizer(py::module_& module) {
                  const Scene scene = with(*shared.get(), a.overrides());
                  const py::gil_scoped_release released;
                  a->set_scene(scene);
+                 static_cast<void>(a->status());  // of a propagation that has failed meanwhile
              })
         .def("process", &process)
         .def("impulse_response", &impulse_response)

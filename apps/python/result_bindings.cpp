@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <limits>
@@ -18,6 +17,7 @@
 #include "apps/output/formatted.h"
 #include "apps/output/printable.h"
 #include "apps/python/arrays.h"
+#include "apps/python/interruption.h"
 #include "apps/python/overrides.h"
 #include "apps/python/scene_bindings.h"
 #include "apps/room/base/output_resources.h"
@@ -33,30 +33,6 @@ namespace aula {
 namespace {
 
 using Response = std::vector<std::vector<float>>;  ///< [channel][sample]
-
-/// Asks the interpreter ten times a second whether a signal, such as Ctrl-C, has raised an
-/// exception. Called without the interpreter's lock.
-class Interruption {
- public:
-    /// True until there is an exception.
-    bool continues() {
-        const auto now = std::chrono::steady_clock::now();
-        if (now < next_) return true;
-        next_ = now + std::chrono::milliseconds(100);
-        const py::gil_scoped_acquire acquired;
-        raised_ = PyErr_CheckSignals() != 0;
-        return !raised_;
-    }
-
-    /// Throws the exception, if there is one. Called with the interpreter's lock.
-    void rethrow() const {
-        if (raised_) throw py::error_already_set();
-    }
-
- private:
-    std::chrono::steady_clock::time_point next_;
-    bool raised_ = false;
-};
 
 /// The newest HRTF and noise carriers. Successive calls with one file, sample rate and seed then
 /// share them: they are found by these while they are in use. With the interpreter's lock.

@@ -55,22 +55,22 @@ PathPropagation::PathPropagation(const RayScene& scene, const SpecularPaths& ima
 
 void PathPropagation::set_rays(int rays) {
     tracer_.set_rays(rays);
-    for (Source& source : sources_)
+    for (TracedSource& source : sources_)
         source.batches.resize(static_cast<std::size_t>(tracer_.batch_count()));
 }
 
 /// Divides the memory among the caches after their number has changed.
 void PathPropagation::divide_memory() {
     const auto pairs = static_cast<double>(sources_.size() * listener_count_);
-    for (Source& source : sources_) {
+    for (TracedSource& source : sources_) {
         for (DiffusePathCache& cache : source.caches)
             cache.set_memory_bytes(static_cast<std::size_t>(memory_bytes_ / pairs));
     }
 }
 
 /// A source with empty caches, whose memory divide_memory() limits.
-PathPropagation::Source PathPropagation::make_source(std::size_t id) const {
-    Source source{
+PathPropagation::TracedSource PathPropagation::make_source(std::size_t id) const {
+    TracedSource source{
         id, std::vector<ArrivalBatch>(static_cast<std::size_t>(tracer_.batch_count())), {}};
     for (std::size_t l = 0; readout_ && l < listener_count_; ++l)
         source.caches.emplace_back(*readout_, window_frames_, 0);
@@ -78,7 +78,7 @@ PathPropagation::Source PathPropagation::make_source(std::size_t id) const {
 }
 
 void PathPropagation::restart() {
-    for (Source& source : sources_) source = make_source(source.id);
+    for (TracedSource& source : sources_) source = make_source(source.id);
     divide_memory();
 }
 
@@ -112,7 +112,7 @@ void PathPropagation::trace(const PropagationFrame& frame) {
         batch.clear();
         tracer_.trace(emitter(source, frame), receivers, frame.seed, static_cast<int>(b), batch);
     });
-    for (Source& source : sources_) size_spheres(std::span(source.batches));
+    for (TracedSource& source : sources_) size_spheres(std::span(source.batches));
     workers_.run(sources_.size() * batch_count, [&](std::size_t job) {
         collect_segment_arrivals(scene_, receivers, attenuation_per_m_, ray_count(),
                                  sources_[job / batch_count].batches[job % batch_count]);

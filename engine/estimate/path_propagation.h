@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <vector>
 
 #include "aula/engine/simulation.h"
 #include "engine/base/worker_pool.h"
@@ -34,7 +36,7 @@ class PathPropagation final : public ResponseEstimator {
                                      int order) const override;
 
  private:
-    struct Source {
+    struct TracedSource {
         std::size_t id = 0;  ///< selects the random numbers
         std::vector<ArrivalBatch> batches;
         std::vector<DiffusePathCache> caches;  ///< [listener]; none for `pt`
@@ -43,7 +45,7 @@ class PathPropagation final : public ResponseEstimator {
     int ray_count() const { return tracer_.rays_of(tracer_.batch_count()); }
     Emitter emitter(std::size_t source, const PropagationFrame& frame) const;
     void divide_memory();
-    Source make_source(std::size_t id) const;
+    TracedSource make_source(std::size_t id) const;
     void trace(const PropagationFrame& frame);
 
     const RayScene& scene_;
@@ -56,7 +58,7 @@ class PathPropagation final : public ResponseEstimator {
     std::size_t listener_count_;
     PatchSubdivision subdivision_;
     ArrivalTracer tracer_;
-    std::vector<Source> sources_;
+    std::vector<TracedSource> sources_;
 };
 
 }  // namespace aula

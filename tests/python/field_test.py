@@ -9,6 +9,7 @@ import pathlib
 import re
 import tempfile
 import threading
+import time
 import unittest
 import warnings
 
@@ -388,24 +389,78 @@ class BlockByBlock(unittest.TestCase):
     def test_changes(self):
         hall = aula.Scene.shoebox((20, 15, 8), absorption=0.1)
         hall.configure(waves_hz=0)
+        hall.listener = aula.Microphone((4, 3, 1.2))
+        drum = aula.Source((2, 2, 1), name="drum", directivity="cardioid")
         changes = {
-            0: lambda a: a.add_source(aula.Source((2, 2, 1), name="drum", directivity="cardioid")),
+            480: lambda a: a.add_source(drum),
             4800: lambda a: a.move_source("drum", (3, 2, 1), yaw=90),
             5280: lambda a: a.set_gain("voice", -6),
             9600: lambda a: a.set_scene(hall),
             12000: lambda a: a.move_listener((4, 2, 1.2)),
             14400: lambda a: a.remove_source("drum"),
-            16800: lambda a: a.set_material(0, "curtain")}
+            16800: lambda a: a.set_material(0, "curtain"),
+            19200: lambda a: a.add_source(drum)}  # a name that has been free
         played = self.played(changes)
         np.testing.assert_array_equal(self.played(changes, block=240, threads=2), played)
         self.assertTrue(np.isfinite(played).all())
-        for at in (0, 4800, 9600, 16800):  # each change is heard
-            without = self.played({n: change for n, change in changes.items() if n != at}
-                                  if at else {0: changes[0], 4800: changes[4800]})
-            self.assertTrue((without != played).any())
+        first = {at: changes[at] for at in (480, 5280)}
+        self.assertTrue((self.played(first) != self.played({5280: changes[5280]})).any())
+        for at in list(changes)[1:-2] + list(changes)[-1:]:  # each change is heard
+            others = {n: change for n, change in changes.items() if n != at}
+            if at == 14400:
+                del others[19200]
+            self.assertTrue((self.played(others) != played).any(), at)
+
+    def test_object(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "door.json"
+            file.write_text(json.dumps({
+                "aula": 1,
+                "geometry": [{"box": [4, 3, 2.5], "material": "plaster"},
+                             {"name": "door", "material": "plaster", "path": {
+                                 "points": [{"t": 0, "position": [0, 0, 0]}]},
+                              "vertices": [[2, 0, 0], [2, 1, 0], [2, 1, 2], [2, 0, 2]],
+                              "faces": [[0, 1, 2, 3]]}],
+                "sources": [{"name": "voice", "position": [1, 0.5, 1.5]}],
+                "listener": {"position": [3, 0.5, 1.5]}}))
+            room = aula.load_scene(file)
+        room.configure(waves_hz=0)
+        shut = aula.Auralizer(room, output="mono", **self.FEW)
+        opened = aula.Auralizer(room, output="mono", **self.FEW)
+        turn = np.eye(4)
+        turn[0, 3] = -1.5  # behind the source
+        opened.move_object("door", turn)
+        heard = [auralizer.process({"voice": self.signal}) for auralizer in (shut, opened)]
+        self.assertGreater((heard[1]**2).sum(), 1.1 * (heard[0]**2).sum())
+
+    def test_removal(self):
+        # A tone that ends with the fade of its source has no click; one that is cut off has.
+        times = np.arange(24000) / 48000
+        rise = np.sin(np.pi / 2 * np.minimum(times / 0.1, 1))**2
+        tone = (0.1 * rise * np.sin(2 * np.pi * 1000 * times)).astype(np.float32)
+
+        def off_tone(cuts):
+            auralizer = aula.Auralizer(self.room(), output="mono", **self.FEW)
+            blocks = []
+            for begin in range(0, len(tone), 480):
+                if begin == 12000:
+                    auralizer.remove_source("voice")
+                if begin >= (12000 if cuts else 12960):
+                    blocks.append(auralizer.process(samples=480))
+                else:
+                    blocks.append(auralizer.process({"voice": tone[begin:begin + 480]}))
+            with self.assertRaises(aula.Error):
+                auralizer.process({"voice": tone[:480]})
+            spectrum = np.abs(np.fft.rfft(np.concatenate(blocks, axis=1)[0]))**2
+            near = np.abs(np.fft.rfftfreq(len(tone), 1 / 48000) - 1000) < 300
+            return spectrum[~near].sum() / spectrum.sum()
+
+        self.assertLess(off_tone(False), 1e-5)
+        self.assertGreater(off_tone(True), 1e-4)
 
     def test_real_time(self):
-        auralizer = aula.Auralizer(self.room(), clock="real_time", output="mono", **self.FEW)
+        few = {name: value for name, value in self.FEW.items() if name != "length_s"}
+        auralizer = aula.Auralizer(self.room(), clock="real_time", output="mono", **few)
         self.assertEqual(auralizer.latency_samples, 0)
         ended = threading.Event()
         blocks = []
@@ -414,14 +469,28 @@ class BlockByBlock(unittest.TestCase):
             while not ended.is_set():
                 blocks.append(auralizer.process({"voice": self.signal[:256]}))
 
-        thread = threading.Thread(target=render)
-        thread.start()
-        for size in (8, 5, 12):
-            auralizer.set_scene(aula.Scene.shoebox((size, size, 3), absorption=0.3))
+        def change():
+            for i in range(20):
+                auralizer.add_source(aula.Source((1, 2, 1), name=f"drum {i}"))
+                auralizer.remove_source(f"drum {i}")
+
+        threads = [threading.Thread(target=call) for call in (render, change)]
+        for thread in threads:
+            thread.start()
+        before = auralizer.tail_samples
+        for absorption in (0.3, 0.5, 0.9):
+            room = aula.Scene.shoebox((8, 5, 3), absorption=absorption)
+            room.listener = aula.Microphone((4, 3, 1.2))
+            auralizer.set_scene(room)
+        end = time.monotonic() + 60
+        while auralizer.tail_samples > before / 2 and time.monotonic() < end:
+            time.sleep(0.01)
         response = auralizer.impulse_response("voice")
         ended.set()
-        thread.join()
-        self.assertEqual(response.shape[0], 1)
+        for thread in threads:
+            thread.join()
+        self.assertLess(auralizer.tail_samples, before / 2)
+        self.assertEqual(auralizer.sources, ["voice"])
         self.assertGreater(np.abs(response).max(), 0)
         self.assertTrue(all(np.isfinite(block).all() for block in blocks))
         self.assertGreater(max(np.abs(block).max() for block in blocks), 0)
@@ -430,10 +499,11 @@ class BlockByBlock(unittest.TestCase):
         auralizer = aula.Auralizer(self.room(), max_sources=1, **self.FEW)
         silent = self.room().copy()
         silent.sources = []
+        deaf = aula.Scene.shoebox((6, 5, 3), material="brick")
         for wrong, words in (
                 (lambda: aula.Auralizer(3), "room"),
-                (lambda: aula.Auralizer(aula.Scene.shoebox((6, 5, 3), material="brick")),
-                 "listener"),
+                (lambda: aula.Auralizer(deaf), "listener"),
+                (lambda: auralizer.set_scene(deaf), "listener"),
                 (lambda: aula.Auralizer(silent, clock="late"), "clock"),
                 (lambda: aula.Auralizer(silent, headphones="/no.wav"), "/no.wav"),
                 (lambda: auralizer.add_source(aula.Source(name="voice")), "another name"),

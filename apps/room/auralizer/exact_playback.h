@@ -4,7 +4,7 @@
 #include <deque>
 #include <exception>
 #include <map>
-#include <optional>
+#include <memory>
 #include <vector>
 
 #include "apps/room/auralizer/room_playback.h"

@@ -1,7 +1,6 @@
 #include "apps/room/auralizer/room_playback.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <memory>
 #include <string>

@@ -54,7 +54,8 @@ struct AuralizerOptions : OutputOptions {
     std::size_t max_sources = 16;
     /// Bytes that the renderers may take when they are constructed: some MB for each of max_sources
     /// at each listener. More is an InputError that has their number. The filters of the sources
-    /// that are present come in addition. 4 GiB, half of the memory of an ordinary machine.
+    /// that are present come in addition. 4 GiB, half of the memory of an ordinary machine. After
+    /// set_scene() each scene that sounds has as many: up to four.
     std::uint64_t max_memory_bytes = std::uint64_t{1} << 32;
     /// Called on the propagation thread before each frame, with the object and the frame's time in
     /// s. Poses that are set in the call, orientations of heads included, belong to that frame.
@@ -148,17 +149,18 @@ class Auralizer {
     Auralizer& operator=(const Auralizer&) = delete;
 
     /// Exchanges the scene: its surfaces, materials, objects and medium, and the settings of its
-    /// simulation. Sources and listeners stay with their poses and gains; the length of the
-    /// responses is prepared for those of `scene`, as by the constructor. The number of rays, and
-    /// poses and materials of objects, are those of `scene`; commands for objects of the present
-    /// scene have no effect in it. The inputs fade from the present scene to the next one over 50
-    /// ms, while the present one rings out; of three that ring out the oldest fades out first.
+    /// simulation. Sources and listeners stay with their poses and gains; those of `scene` say for
+    /// which places it is prepared. The number of rays, and poses and materials of objects, are
+    /// those of `scene`; commands for objects of the present scene have no effect in it. The inputs
+    /// fade from the present scene to the next one over 50 ms, while the present one rings out. Of
+    /// three that ring out the oldest fades out first; on the exact clock it ends at once if it
+    /// still does when a further scene begins.
     ///
-    /// Copies and builds the scene while rendering goes on, and returns when it is ready to begin:
-    /// at the first frame at or after `at`, on the real-time clock as soon as its first frame is
-    /// computed. Commands that refer to objects refer to the scene at their time, on the real-time
-    /// clock after the call to this one. Takes as long as the constructor; several calls at a time
-    /// follow each other. Throws InputError for invalid settings, which changes nothing.
+    /// Copies the scene, and returns when it is built; rendering goes on meanwhile. It begins with
+    /// the first frame at or after `at`, on the real-time clock with the next frame. Commands for
+    /// objects refer to the scene at their time, on the real-time clock after this call to `scene`.
+    /// Takes as long as the constructor; several calls at a time follow each other. Throws
+    /// InputError for invalid settings, which changes nothing.
     void set_scene(const Scene& scene, std::int64_t at = kNow);
 
     /// The scene to which commands refer that are called now.
