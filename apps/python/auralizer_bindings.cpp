@@ -81,11 +81,7 @@ Holder make_auralizer(const SharedScene& shared, double sample_rate_hz, const st
                       bool is_exact, std::size_t max_sources, std::uint64_t max_memory_bytes,
                       const Overrides& overrides) {
     const Scene scene = with(*shared.get(), overrides);
-    AuralizerOptions options;
-    options.sample_rate_hz = sample_rate_hz;
-    options.output = output_of(output);
-    options.hrtf = hrtf;
-    options.ambisonic_order = ambisonic_order;
+    AuralizerOptions options{output_options(sample_rate_hz, output, hrtf, ambisonic_order)};
     options.headphones = headphones;
     options.clock = is_exact ? RenderClock::exact : RenderClock::real_time;
     options.max_sources = max_sources;
@@ -111,7 +107,7 @@ std::uint64_t add_source(PythonAuralizer& auralizer, const Source& source) {
     return added.number;
 }
 
-/// Samples that are rendered between two questions for signals: a frame at 30 Hz and 48 kHz.
+/// Samples between two checks for Ctrl-C: a frame at 30 Hz and 48 kHz.
 constexpr int kPart = 1600;
 
 /// (channel, N).

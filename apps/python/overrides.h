@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/python/arrays.h"
-#include "aula/audio/output_format.h"
+#include "aula/audio/output_options.h"
 #include "aula/engine/scene.h"
 #include "aula/exception.h"
 
@@ -43,6 +43,17 @@ inline OutputFormat output_of(const std::string& name) {
     for (const auto& [known, format] : kOutputFormats)
         if (name == known) return format;
     throw InputError("output: \"" + name + "\"; expected mono, foa, toa or binaural");
+}
+
+/// The settings of an output.
+inline OutputOptions output_options(double sample_rate_hz, const std::string& output,
+                                    const std::string& hrtf, int ambisonic_order) {
+    OutputOptions options;
+    options.sample_rate_hz = sample_rate_hz;
+    options.output = output_of(output);
+    options.hrtf = hrtf;
+    options.ambisonic_order = ambisonic_order;
+    return options;
 }
 
 }  // namespace aula

@@ -310,11 +310,7 @@ py::tuple rendered(const SharedScene& shared, const std::map<std::string, Array<
             signals.push_back(files.read(s));
         }
     }
-    PlaybackOptions options;
-    options.sample_rate_hz = sample_rate_hz;
-    options.output = output_of(output);
-    options.hrtf = hrtf;
-    options.ambisonic_order = ambisonic_order;
+    PlaybackOptions options{output_options(sample_rate_hz, output, hrtf, ambisonic_order)};
     options.duration_s = duration_s;
     options.max_memory_bytes = max_memory_bytes;
 

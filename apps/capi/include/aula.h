@@ -238,7 +238,7 @@ AULA_API void aula_room_destroy(aula_room *room);
 
 /* Exchanges the scene of a room while it plays: copies it, and returns when it is built; rendering
  * goes on meanwhile. Sources and listeners stay with their poses and gains; the responses are as
- * long as those of `scene` need, which should have them where they are. Objects are those of the
+ * long as those of `scene` need, which should be where the present ones are. Objects are those of the
  * scene at the time of a command, in real time those of `scene` after this call. The inputs fade to
  * the new scene over 50 ms, while the scene before rings out. Rays, threads, frame rate and length
  * of the responses are those of the options of aula_room_create(), if they give them. Takes as long

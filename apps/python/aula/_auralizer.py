@@ -19,7 +19,7 @@ from ._results import Output, _overrides
 from ._scene import Scene
 
 _MOST_SAMPLES = 2**24  # of a call: 6 minutes at 48 kHz, 128 MB of two channels
-_FADE_S = 0.02  # of a source that is removed
+_FADE_S = 0.02  # of a source that is removed: kSourceFade_s of the renderer
 
 
 class Auralizer:
@@ -145,9 +145,10 @@ class Auralizer:
 
     def set_scene(self, room: Scene) -> None:
         """Exchanges the room, also while another thread renders. Sources and listener stay where
-        they are; those of `room` say for which places its responses are prepared. `seed`, `rays`,
-        `length_s` and `threads` are those of the constructor. Sound fades to the new room over
-        50 ms, while the room before rings out. The call builds the room, for up to some seconds."""
+        they are; those of `room` are the places for which its responses are prepared. `seed`,
+        `rays`, `length_s` and `threads` are those of the constructor. Sound fades to the new room
+        over 50 ms, while the room before rings out. The call builds the room, for up to some
+        seconds."""
         self._auralizer.set_scene(_to_scene(room))
 
     def process(self, signals: Mapping[str, ArrayLike] | None = None,

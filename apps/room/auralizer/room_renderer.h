@@ -31,8 +31,6 @@ class RoomRenderer {
         return listeners_[listener]->renderer.mailbox();
     }
 
-    std::size_t slots() const noexcept { return slots_.size(); }
-
     /// Assigns a source to a slot from the next sample on; number 0 clears the slot. A source that
     /// ends fades out; one that begins after the first sample fades in, a frame after the end of
     /// the slot's source before it.

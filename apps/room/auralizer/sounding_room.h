@@ -39,8 +39,9 @@ class RoomSignals {
                      int samples) const noexcept AULA_NONBLOCKING = 0;
 };
 
-/// The renderers of a scene of an auralizer with what they are told. Until it sounds any thread may
-/// use it, then the rendering thread; on the real-time clock other threads use the mailboxes.
+/// The renderers of a scene of an auralizer, and mailboxes for their sources and head poses. Any
+/// thread uses it until it sounds, then the rendering thread; on the real-time clock other threads
+/// use the mailboxes.
 struct SoundingRoom {
     SoundingRoom(const RendererConfig& config, std::size_t listeners,
                  const std::shared_ptr<const Hrtf>& hrtf, const HeadphoneFilter* headphones)
@@ -68,7 +69,7 @@ struct SoundingRoom {
     }
 
     RoomRenderer renderer;
-    SourceSlots slots;  ///< the assignment that the renderer has been told, or is
+    SourceSlots slots;                     ///< the newest assignment for the renderer
     std::unique_ptr<RoomSignals> signals;  ///< null: the inputs of render()
     std::atomic<std::int64_t> tail = 0;    ///< tail_samples() with the newest frame
 

@@ -17,7 +17,7 @@ constexpr int kBlock = 100;
 constexpr double kRate_hz = 10'000;  // a fade has 500 samples
 constexpr std::int64_t kTail = 3000;
 
-/// A room that notes what it is given.
+/// A room with a number and a tail.
 struct Room {
     explicit Room(int number_in) : number(number_in) {}
     std::int64_t tail_samples() const noexcept { return kTail; }

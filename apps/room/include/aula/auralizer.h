@@ -149,12 +149,12 @@ class Auralizer {
     Auralizer& operator=(const Auralizer&) = delete;
 
     /// Exchanges the scene: its surfaces, materials, objects and medium, and the settings of its
-    /// simulation. Sources and listeners stay with their poses and gains; those of `scene` say for
-    /// which places it is prepared. The number of rays, and poses and materials of objects, are
-    /// those of `scene`; commands for objects of the present scene have no effect in it. The inputs
-    /// fade from the present scene to the next one over 50 ms, while the present one rings out. Of
-    /// three that ring out the oldest fades out first; on the exact clock it ends at once if it
-    /// still does when a further scene begins.
+    /// simulation. Sources and listeners stay with their poses and gains; those of `scene` are
+    /// the places for which it is prepared. The number of rays, and poses and materials of objects,
+    /// are those of `scene`; commands for objects of the present scene have no effect in it. The
+    /// inputs fade from the present scene to the next one over 50 ms, while the present one rings
+    /// out. Of three that ring out the oldest fades out first; on the exact clock it ends at once
+    /// if it still does when a further scene begins.
     ///
     /// Copies the scene, and returns when it is built; rendering goes on meanwhile. It begins with
     /// the first frame at or after `at`, on the real-time clock with the next frame. Commands for
@@ -260,7 +260,7 @@ class Auralizer {
     double sample_rate_hz() const;
 
     /// Length of the responses of the newest frame's scene: see Propagation::response_length_s().
-    /// This and the two values below are asked for like commands.
+    /// It and the two values below lock a mutex, as commands do.
     double response_length_s() const;
 
     /// The same with the filter of AuralizerOptions::headphones, which comes after the room.
