@@ -237,13 +237,14 @@ AULA_API int aula_room_create(const aula_scene *scene, const aula_options *optio
 AULA_API void aula_room_destroy(aula_room *room);
 
 /* Exchanges the scene of a room while it plays: copies it, and returns when it is built; rendering
- * goes on meanwhile. Sources and listeners stay with their poses and gains; the responses are as
- * long as those of `scene` need, which should be where the present ones are. Objects are those of the
- * scene at the time of a command, in real time those of `scene` after this call. The inputs fade to
- * the new scene over 50 ms, while the scene before rings out. Rays, threads, frame rate and length
- * of the responses are those of the options of aula_room_create(), if they give them. Takes as long
- * as aula_room_create(). Errors: wrong content of the scene, more memory than max_memory_bytes, a
- * failure of the propagation; the room then goes on. [any thread, not the one that renders] */
+ * continues meanwhile. Sources and listeners stay with their poses and gains. The responses are as
+ * long as those of `scene` need, which should be where the present ones are. Objects are those of
+ * the scene at the time of a command, in real time those of `scene` after this call. The inputs
+ * fade to the new scene over 50 ms, while the scene before rings out. Rays, threads, frame rate and
+ * length of the responses are those of the options of aula_room_create(), if they give them. Takes
+ * as long as aula_room_create(). Errors: wrong content of the scene, more memory than
+ * max_memory_bytes, a failure of the propagation; the room then continues as before. [any thread,
+ * not the one that renders] */
 AULA_API int aula_room_set_scene(aula_room *room, const aula_scene *scene, int64_t at);
 
 /* Adds a source at a pose. It fades in over 20 ms unless it begins at sample 0, and is heard from
