@@ -85,6 +85,24 @@ bool is_one_bend(const DiffractionEdge& a, const DiffractionEdge& b) {
     return a.is_curved && b.is_curved && a.is_along(b);
 }
 
+/// Number of bends; see EdgeChain::order.
+std::size_t bends_over(std::span<const DiffractionEdge* const> edges) {
+    std::size_t bends = edges.size() - EdgeChain::narrow_faces(edges);
+    for (std::size_t i = 1; i < edges.size(); ++i)
+        if (is_one_bend(*edges[i - 1], *edges[i])) --bends;
+    return bends;
+}
+
+/// Whether a face at the edge is narrow; see DiffractionEdge::is_across_narrow_face.
+bool has_narrow_face(const RayScene& scene, const DiffractionEdge& edge) {
+    return std::any_of(edge.triangles.begin(), edge.triangles.end(), [&](std::uint32_t triangle) {
+        const auto& corners = scene.triangle(triangle).vertices;
+        return std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+            return edge.beside(corner).radius_m < DiffractionEdge::kNarrow_m;
+        });
+    });
+}
+
 double gap_m(const DiffractionEdge& a, const DiffractionEdge& b) {
     return glm::distance(a.point(a.length_m / 2), b.point(b.length_m / 2)) -
            (a.length_m + b.length_m) / 2;
@@ -101,6 +119,7 @@ ChainSearch::ChainSearch(const RayScene& scene, const SceneEdges& edges, double 
     for (const DiffractionEdge& edge : edges.all()) {
         is_moving_.push_back(scene.moves(scene.triangle(edge.triangles[0])) ? 1 : 0);
         any_moving_ = any_moving_ || is_moving_.back() != 0;
+        shares_bend_.push_back(edge.is_curved || has_narrow_face(scene, edge) ? 1 : 0);
     }
 }
 
@@ -335,18 +354,21 @@ bool ChainSearch::find_neighbours(std::uint32_t edge, Budget& budget) {
 }
 
 void ChainSearch::add(OpenChainSearch& open, const PairChains& pair, Sequence sequence,
-                      std::size_t bends, Budget& budget) const {
+                      Budget& budget) const {
     // The path over a row takes the place of chains over several of its edges.
     unsigned rows = 0;
     for (const std::uint32_t e : sequence) {
         if ((rows & open.rows_of[e]) != 0) return;
         rows |= open.rows_of[e];
     }
+    std::vector<const DiffractionEdge*> edges;
+    for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
+    const std::size_t bends = bends_over(edges);
+    const bool is_end = bends == order_ && shares_bend_[sequence.back()] == 0;
+    if (bends > order_ || (is_end && open.is_first[sequence.back()] == 0)) return;
     budget.work -= Budget::kPath;
     const glm::dvec3 from(pair.source);
     const glm::dvec3 to(pair.listener);
-    std::vector<const DiffractionEdge*> edges;
-    for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
     const ShortestPath path = shortest_path(to, edges, from);
     if (path.length_m >= glm::distance(from, to) + limits::kLongestDetour_m) return;
     // A path that bends back at an edge of a curved surface, or far from the straight line
@@ -403,7 +425,7 @@ void ChainSearch::begin(PairChains& pair, Budget& budget) {
         }
     }
     for (const std::uint32_t e : near) {
-        if (is_last[e] != 0) add(open, pair, {e}, 1, budget);
+        if (is_last[e] != 0) add(open, pair, {e}, budget);
     }
     pair.curved.clear();
     for (const std::uint32_t e : near) {
@@ -422,7 +444,7 @@ bool ChainSearch::expand(PairChains& pair, Budget& budget) {
            open.found.size() < kMaxFound) {
         const std::uint32_t end = open.partials.top().edges.back();
         const bool is_longest = open.partials.top().edges.size() == kMaxContacts ||
-                                (open.partials.top().bends == order_ && !edges_[end].is_curved);
+                                (open.partials.top().bends == order_ && shares_bend_[end] == 0);
         if (!budget.is_left() || (!is_longest && !find_neighbours(end, budget))) return false;
         const OpenChainSearch::Partial partial = open.partials.top();
         open.partials.pop();
@@ -433,17 +455,11 @@ bool ChainSearch::expand(PairChains& pair, Budget& budget) {
         if (is_longest) continue;
         ++open.expansions;
         const auto add_next = [&](std::uint32_t next) {
-            const bool is_same_bend = is_one_bend(edges_[end], edges_[next]);
-            const std::size_t bends = partial.bends + (is_same_bend ? 0 : 1);
-            const bool is_end = bends == order_ && !edges_[next].is_curved;
-            if (bends > order_ || (is_end && open.is_first[next] == 0) ||
-                std::find(partial.edges.begin(), partial.edges.end(), next) !=
-                    partial.edges.end()) {
+            if (std::find(partial.edges.begin(), partial.edges.end(), next) != partial.edges.end())
                 return;
-            }
             Sequence longer = partial.edges;
             longer.push_back(next);
-            add(open, pair, std::move(longer), bends, budget);
+            add(open, pair, std::move(longer), budget);
         };
         for (const auto* table : {&fixed_neighbours_, &moving_neighbours_}) {
             for (const std::uint32_t next : table->at(end).edges) add_next(next);

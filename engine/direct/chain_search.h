@@ -82,7 +82,7 @@ class ChainSearch {
     bool begins_anew(const PairChains& pair, const Vec3& source, const Vec3& listener) const;
     void begin(PairChains& pair, Budget& budget);
     bool expand(PairChains& pair, Budget& budget);
-    void add(OpenChainSearch& open, const PairChains& pair, Sequence sequence, std::size_t bends,
+    void add(OpenChainSearch& open, const PairChains& pair, Sequence sequence,
              Budget& budget) const;
     void try_chain(std::vector<std::pair<double, Sequence>>& found, const PairChains& pair,
                    Sequence sequence, Budget& budget) const;
@@ -104,7 +104,8 @@ class ChainSearch {
     const SceneEdges& edges_;
     WedgeIntegral integral_;
     std::size_t order_;
-    std::vector<char> is_moving_;  ///< [edge]
+    std::vector<char> is_moving_;    ///< [edge]
+    std::vector<char> shares_bend_;  ///< [edge] it may form one bend with another one
     bool any_moving_ = false;
     std::map<std::uint32_t, Neighbours> fixed_neighbours_;  ///< both edges are fixed
     std::map<std::uint32_t, Neighbours> moving_neighbours_;

@@ -284,6 +284,22 @@ void EdgeChain::set_lit(std::size_t edge, bool is_lit) {
     }
 }
 
+std::size_t EdgeChain::narrow_faces(std::span<const DiffractionEdge* const> edges) {
+    std::size_t faces = 0;
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+        if (!edges[i - 1]->is_across_narrow_face(*edges[i])) continue;
+        ++faces;
+        ++i;  // a third edge is one of the next face
+    }
+    return faces;
+}
+
+std::size_t EdgeChain::order() const {
+    std::vector<const DiffractionEdge*> edges;
+    for (const Contact& contact : contacts_) edges.push_back(contact.edge);
+    return bends_.size() - narrow_faces(edges);
+}
+
 std::vector<Vec3> EdgeChain::apexes() const {
     std::vector<Vec3> points;
     for (const Contact& contact : contacts_) points.push_back(Vec3(contact.apex));

@@ -27,8 +27,12 @@ class EdgeChain {
 
     double length_m() const { return length_m_; }
 
-    /// Number of bends; a curved surface counts as one.
-    std::size_t order() const { return bends_.size(); }
+    /// Number of bends. A curved surface counts as one, and so do both edges of a narrow face: the
+    /// free end of a door leaf is that of a screen, however thick it is.
+    std::size_t order() const;
+
+    /// Number of narrow faces that consecutive edges of a path bound, two edges each.
+    static std::size_t narrow_faces(std::span<const DiffractionEdge* const> edges);
 
     /// Where the path touches the first edge after the source.
     const glm::dvec3& first_apex() const { return contacts_.front().apex; }

@@ -60,6 +60,16 @@ bool DiffractionEdge::is_nearest(const WedgePoint& source, const WedgePoint& lis
     return std::min(normal_rad, open_angle_rad - normal_rad) >= kRight_rad;
 }
 
+bool DiffractionEdge::is_across_narrow_face(const DiffractionEdge& other) const {
+    const auto faces = [](const DiffractionEdge& edge, const glm::dvec3& point) {
+        const WedgePoint at = edge.beside(point);
+        return at.radius_m < kNarrow_m && at.along_m > 0 && at.along_m < edge.length_m &&
+               edge.is_on_face(edge.coordinates(point).angle_rad);
+    };
+    return !is_curved && !other.is_curved && is_along(other) &&
+           (faces(*this, other.point(other.length_m / 2)) || faces(other, point(length_m / 2)));
+}
+
 bool DiffractionEdge::is_in_screen(const glm::dvec3& point) const {
     const double angle_rad = coordinates(point).angle_rad;
     return is_free() &&

@@ -63,6 +63,13 @@ struct DiffractionEdge {
         return std::abs(glm::dot(axis, other.axis)) > 0.9;
     }
 
+    /// Edges that are closer to each other are not independent. A choice: half a wavelength at
+    /// 3.4 kHz.
+    static constexpr double kNarrow_m = 0.05;
+
+    /// Whether both edges bound a narrow face, such as the end of a door leaf.
+    bool is_across_narrow_face(const DiffractionEdge& other) const;
+
     /// The angle by which the surface bends, above 0; pi at a free edge.
     float bend_rad() const { return static_cast<float>(open_angle_rad - std::numbers::pi); }
 

@@ -28,8 +28,7 @@ class EdgePassage {
     static_assert(kRadius_m > 2 * double{tolerances::kOffset_m});
 
     /// Openings are narrow below this width: the terms of the faces fade out, see EdgePaths::field.
-    /// A choice: half a wavelength at 3.4 kHz, below which the edges of a slot are not independent.
-    static constexpr double kNarrow_m = 0.05;
+    static constexpr double kNarrow_m = DiffractionEdge::kNarrow_m;
 
     /// Of the points from an end of the edge, where the faces of other edges may begin kSame_m
     /// earlier. A choice: ten times as much.

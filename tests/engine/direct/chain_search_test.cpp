@@ -326,6 +326,25 @@ TEST_CASE("a thin screen that is seen end-on changes nothing, on either side of 
     }
 }
 
+TEST_CASE("both edges of a narrow face count as one") {
+    // Round the end of a leaf 0.9 m wide, and from there round the corner of a box behind it.
+    const Vec3 source(-2, -0.5F, 0);
+    const Vec3 listener(2.6F, 0, 0);
+    const auto longest = [&](float thickness_m, int order) {
+        const Place place({prism({{0, -5}, {thickness_m, -5}, {thickness_m, 0.4F}, {0, 0.4F}}),
+                           prism({{1.5F, -5}, {2.2F, -5}, {2.2F, 0.5F}, {1.5F, 0.5F}})});
+        std::size_t edges = 0;
+        for (const EdgePath& path : Search(place, order).frame(source, listener))
+            edges = std::max(edges, path.edges.size());
+        return edges;
+    };
+    CHECK(longest(0.04F, 3) == 4);
+    CHECK(longest(0.04F, 2) < 4);
+    // Companion: the end of a wall has two bends.
+    CHECK(longest(0.06F, 4) == 4);
+    CHECK(longest(0.06F, 3) < 4);
+}
+
 TEST_CASE("a search that takes several frames finds what one without a limit finds") {
     // Sixty pillars: the work of a frame is less than that of a search.
     std::vector<Object> pillars;

@@ -10,92 +10,32 @@
 #include <vector>
 
 #include "aula/engine/propagation.h"
-#include "engine/direct/direct_sound.h"
 #include "engine/direct/level_follower.h"
 #include "engine/direct/limits.h"
 #include "engine/edges/wedge_integral.h"
-#include "engine/trace/specular_paths.h"
 #include "tests/engine/direct/edge_path_scene.h"
+#include "tests/engine/direct/sound_group.h"
 
 namespace reflection_groups_test {
 
 using aula::Bands;
-using aula::DirectSound;
 using aula::kBandCount;
 using aula::Material;
 using aula::Object;
-using aula::PairMemory;
-using aula::RayScene;
 using aula::Scene;
 using aula::SoundPath;
-using aula::SpecularPaths;
 using aula::Vec3;
 using Levels = std::array<double, kBandCount>;
 
 namespace {
 
 using aula::test::add_quad;
+using aula::test::kSpeed_m_s;
+using aula::test::level_db;
+using aula::test::scene_of;
+using Place = aula::test::SoundGroup;
 
 constexpr float kFar_m = 50;  // of the outer edges of walls that stand for infinite ones
-constexpr float kSpeed_m_s = 343.2F;
-const Bands kNoLoss;
-
-Scene scene_of(const Object& object, const Material& material = {"rigid", Bands{}, Bands{}}) {
-    Scene scene;
-    scene.objects = {object};
-    scene.materials = {material};
-    return scene;
-}
-
-/// A scene, and the direct sound and the first-order reflections of a first frame.
-struct Place {
-    explicit Place(const Scene& scene, int specular_order = 1)
-        : rays(scene), images(rays, specular_order, 0.5F, 1) {}
-
-    std::vector<SoundPath> direct(const Vec3& source, const Vec3& listener) {
-        memory = {};
-        sound.begin_frame(false);
-        sound.search(source, listener, memory);
-        return sound.find(source, listener, {}, kNoLoss, memory);
-    }
-
-    /// All paths, with or without the diffraction of the reflections.
-    std::vector<SoundPath> paths(const Vec3& source, const Vec3& listener, bool grouped) {
-        std::vector<SoundPath> all = direct(source, listener);
-        const auto found = images.find(source, listener, all.empty(), kNoLoss).paths;
-        all.insert(all.end(), found.begin(), found.end());
-        if (grouped) {
-            sound.complete_reflections(all, source, listener,
-                                       {images.planes(), images.first_order_ids(), images.order()},
-                                       {}, kNoLoss, memory);
-        }
-        return all;
-    }
-
-    /// The reflections alone.
-    std::vector<SoundPath> reflections(const Vec3& source, const Vec3& listener, bool grouped) {
-        std::vector<SoundPath> all = paths(source, listener, grouped);
-        std::erase_if(all, [](const SoundPath& path) { return path.order == 0; });
-        return all;
-    }
-
-    RayScene rays;
-    DirectSound sound{rays, kSpeed_m_s, 2};
-    SpecularPaths images;
-    PairMemory memory;
-};
-
-/// Level of the energy of paths relative to free field at a distance, dB.
-Levels level_db(const std::vector<SoundPath>& paths, double distance_m) {
-    Bands sum;
-    for (const SoundPath& path : paths) sum += path.energy;
-    Levels level;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-        level[b] = 10 * std::log10(4 * std::numbers::pi * distance_m * distance_m *
-                                   std::max(1e-30, double{sum[b]}));
-    }
-    return level;
-}
 
 void add_wall(Object& object, float y, float x0, float x1, float z0, float z1) {
     add_quad(object, {x0, y, z0}, {x1, y, z0}, {x1, y, z1}, {x0, y, z1});
@@ -332,11 +272,11 @@ TEST_CASE(
         for (const Vec3& at : {before, listener}) {
             place.sound.begin_frame(false);
             place.sound.search(source, at, place.memory);
-            std::vector<SoundPath> paths = place.sound.find(source, at, {}, kNoLoss, place.memory);
+            std::vector<SoundPath> paths = place.sound.find(source, at, {}, Bands{}, place.memory);
             place.sound.complete_reflections(
                 paths, source, at,
                 {place.images.planes(), place.images.first_order_ids(), place.images.order()}, {},
-                kNoLoss, place.memory);
+                Bands{}, place.memory);
             sum = 0;
             for (const SoundPath& path : paths) {
                 if (path.order > 0) sum += double{path.energy[0]};
