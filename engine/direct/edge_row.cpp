@@ -226,6 +226,30 @@ void EdgeRow::find_clearances(double along_m) {
     length_m_ = length_m;
 }
 
+/// Drops edges below a face that joins two others: they lie within that obstacle, as the corner of
+/// a jamb does behind the leaf of an open door, and the top of a shut leaf below its lintel.
+void EdgeRow::drop_covered(const SceneEdges& edges) {
+    std::vector<char> is_covered(members_.size());
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+        const Member& from = members_[i];
+        std::size_t to = i + 1;
+        while (to < members_.size() && !share_face(edges[from.edge], from.apex,
+                                                   edges[members_[to].edge], members_[to].apex))
+            ++to;
+        if (to == members_.size()) continue;
+        const double slope = (members_[to].height_m - from.height_m) /
+                             std::max(members_[to].across_m - from.across_m, tolerances::kSame_m);
+        for (std::size_t k = i + 1; k < to; ++k) {
+            const double face_m = from.height_m + slope * (members_[k].across_m - from.across_m);
+            if (members_[k].height_m < face_m - tolerances::kSame_m) is_covered[k] = 1;
+        }
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < members_.size(); ++i)
+        if (is_covered[i] == 0) members_[kept++] = members_[i];
+    members_.resize(kept);
+}
+
 /// The edges of obstacles around which the path bends although it can pass them on their other
 /// side, as columns: the chord between the bends beside such an obstacle is free near it.
 std::vector<std::uint32_t> EdgeRow::passed_below(const SceneEdges& edges) const {
@@ -267,6 +291,7 @@ std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const st
         if (rest.size() < 2) return {};
         placed = place(edges, rest, source, listener, 0);
         if (!placed) return {};
+        placed->drop_covered(edges);
         const std::vector<std::uint32_t> passed = placed->passed_below(edges);
         if (passed.empty()) break;
         std::erase_if(rest, [&](const OpenEdge& open) {

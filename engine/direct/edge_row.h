@@ -94,6 +94,7 @@ class EdgeRow {
 
     void find_bends();
     void find_clearances(double along_m);
+    void drop_covered(const SceneEdges& edges);
     void find_obstacles(const SceneEdges& edges);
     std::vector<std::uint32_t> passed_below(const SceneEdges& edges) const;
     std::vector<std::uint32_t> touched_obstacles(const SceneEdges& edges) const;

@@ -119,6 +119,39 @@ Place church_place(Vec3& source) {
 
 }  // namespace
 
+TEST_CASE("edges within an obstacle are no obstacles of their own") {
+    struct Hidden {
+        std::vector<Object> with;     ///< edges within an obstacle, or below one of its faces
+        std::vector<Object> without;  ///< the same place without these edges
+        Vec3 source;
+        Vec3 listener;
+    };
+    const auto rest = [](float x0, float x1, float top_m) {
+        return prism({{x0, -kFar_m}, {x1, -kFar_m}, {x1, top_m}, {x0, top_m}});
+    };
+    // The sill of a fanlight in a wall of 0.2 m. A leaf that moves has its edges also where it is
+    // shut, below the sill.
+    const Object sill = prism({{0, -0.1F}, {0.2F, -0.1F}, {0.2F, 0}, {0, 0}});
+    Object shut_leaf = rest(0.08F, 0.12F, -0.1F);
+    shut_leaf.movable = true;
+    // A leaf that is open at right angles, and the corner of the jamb behind its face.
+    const Object open_leaf = prism({{0.1F, -0.02F}, {1, -0.02F}, {1, 0.02F}, {0.1F, 0.02F}});
+    const std::array cases{Hidden{{sill, shut_leaf},
+                                  {sill, rest(0.08F, 0.12F, -0.1F)},
+                                  {-2.8F, -1.05F, 0},
+                                  {2.2F, -0.5F, 0}},
+                           Hidden{{open_leaf, rest(0, 0.2F, 0)},
+                                  {open_leaf, rest(0, 0.1F, 0)},
+                                  {-2.8F, 1.6F, 0},
+                                  {2.8F, -0.7F, 0}}};
+    for (const Hidden& c : cases) {
+        const Levels with = levels_db(Place(c.with), 2, c.source, c.listener);
+        const Levels without = levels_db(Place(c.without), 2, c.source, c.listener);
+        CAPTURE(with, without);
+        CHECK(largest_difference_db(with, without) < 0.1);
+    }
+}
+
 TEST_CASE("a straight path that touches the tops of N screens has the level of 1 / (N + 1)") {
     for (const int count : {2, 3, 4, 8, 12}) {
         const Place place(row(count, 3, 0));
