@@ -28,7 +28,7 @@ bool is_ready(const std::future<RoomHandle>& room) {
     return room.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
-/// Rooms that are no longer needed and threads still make: a future waits when it is destroyed.
+/// What threads still do for nodes that are gone: a future waits when it is destroyed.
 std::vector<std::future<RoomHandle>>& abandoned() {
     static std::vector<std::future<RoomHandle>> rooms;
     return rooms;
@@ -111,8 +111,9 @@ void RoomNode::gather() {
 }
 
 bool RoomNode::suits() const {
-    // A room that was made without sources is not prepared for any.
-    return (had_sources_ || sources_.empty()) && sources_.size() <= places_;
+    // A scene without sources is not prepared for any.
+    return (had_sources_ || sources_.empty()) &&
+           sources_.size() <= static_cast<std::size_t>(options_.max_sources);
 }
 
 bool RoomNode::add(SourceNode& source) {
@@ -133,6 +134,12 @@ bool RoomNode::add(SourceNode& source) {
         is_outdated_ = is_outdated_ || !making_;
         return true;
     }
+    admit(source);
+    return true;
+}
+
+void RoomNode::admit(SourceNode& source) {
+    if (status().sources == options_.max_sources) return;
     try {
         const aula_pose pose = source.pose(rigid(global_transform(object())));
         const aula_source number = source.add_to(room_.get(), pose);
@@ -140,11 +147,10 @@ bool RoomNode::add(SourceNode& source) {
             const AudioLock lock;
             source.input().number = number;
         }
-        source.start(pose);
+        source.start(pose, source.directivity);
     } catch (const RoomError& error) {
         write_error(source, error.message);
     }
-    return true;
 }
 
 void RoomNode::remove(SourceNode& source) {
@@ -187,36 +193,55 @@ void RoomNode::rebuild() {
     }
 }
 
-void RoomNode::begin() {
-    RoomInMaking made;
-    const Transform frame = rigid(global_transform(object()));
-    SceneHandle scene = make_scene(collect_geometry(object(), material()), frame, made.moving);
-    for (SourceNode* source : sources_) {
-        made.sources.push_back({source, 0, source->pose(frame)});
-        try {
-            made.sources.back().number = source->add_to(scene.get(), made.sources.back().pose);
-        } catch (const RoomError& error) {
-            write_error(*source, error.message);
-        }
-    }
-    // In a film as many as there are: the samples are then those of aula --offline.
-    made.places =
-        writes_film() ? std::max(sources_.size(), std::size_t{1}) : places_for(sources_.size());
-    made.head = listener_pose(frame);
-    require(aula_scene_set_listener(scene.get(), &made.head));
+aula_options RoomNode::options() const {
     aula_options options{};
     options.size = sizeof options;
     options.sample_rate_hz = mix_rate_hz();
     options.ir_length_s = ir_length_s;
     options.clock = writes_film() ? AULA_EXACT : AULA_REAL_TIME;
     options.block = kBlock;
-    options.max_sources = static_cast<std::int32_t>(made.places);
+    // In a film as many as there are: the samples are then those of aula --offline.
+    options.max_sources = static_cast<std::int32_t>(
+        writes_film() ? std::max(sources_.size(), std::size_t{1}) : places_for(sources_.size()));
     options.rays = rays;
-    made.room = std::async(std::launch::async, [scene = std::move(scene), options] {
-        aula_room* room = nullptr;
-        require(aula_room_create(scene.get(), &options, &room));
-        return RoomHandle(room);
-    });
+    return options;
+}
+
+bool RoomNode::can_exchange(const aula_options& wanted) const {
+    // A room whose propagation has failed has no status.
+    return status().channels > 0 && wanted.rays == options_.rays &&
+           wanted.ir_length_s == options_.ir_length_s &&
+           wanted.max_sources <= options_.max_sources &&
+           std::none_of(sources_.begin(), sources_.end(),
+                        [](const SourceNode* source) { return source->has_new_directivity(); });
+}
+
+void RoomNode::begin() {
+    RoomInMaking made;
+    made.options = options();
+    const Transform frame = rigid(global_transform(object()));
+    SceneHandle scene = make_scene(collect_geometry(object(), material()), frame, made.moving);
+    for (SourceNode* source : sources_) {
+        made.sources.push_back({source, 0, source->pose(frame), source->directivity});
+        try {
+            made.sources.back().number = source->add_to(scene.get(), made.sources.back().pose);
+        } catch (const RoomError& error) {
+            write_error(*source, error.message);
+        }
+    }
+    made.head = listener_pose(frame);
+    require(aula_scene_set_listener(scene.get(), &made.head));
+    made.room =
+        std::async(std::launch::async, [scene = std::move(scene), options = made.options,
+                                        present = can_exchange(made.options) ? room_ : nullptr] {
+            if (present != nullptr) {
+                require(aula_room_set_scene(present.get(), scene.get(), AULA_NOW));
+                return present;
+            }
+            aula_room* room = nullptr;
+            require(aula_room_create(scene.get(), &options, &room));
+            return RoomHandle(room, aula_room_destroy);
+        });
     making_ = std::move(made);
 }
 
@@ -224,41 +249,41 @@ void RoomNode::finish() {
     RoomInMaking made = std::move(*making_);
     making_.reset();
     RoomHandle room = made.room.get();
-    const Transform frame = rigid(global_transform(object()));
     had_sources_ = !made.sources.empty();
-    // Sources that went meanwhile are removed, those that came are added if there is a place.
-    for (const SourceInMaking& known : made.sources)
-        if (known.node == nullptr && known.number != 0)
-            require(aula_room_remove_source(room.get(), known.number, AULA_NOW));
-    std::erase_if(made.sources, [](const SourceInMaking& known) { return known.node == nullptr; });
+    moving_ = std::move(made.moving);
+    if (room != room_)
+        play(std::move(room), made);
+    else  // motions of objects of the scene before may have moved those of this one
+        for (MovingObject& moving : moving_) moving.motion = {};
     for (SourceNode* source : sources_) {
-        if (made.sources.size() == made.places) break;
-        if (std::any_of(made.sources.begin(), made.sources.end(),
-                        [&](const SourceInMaking& known) { return known.node == source; }))
-            continue;
-        try {
-            const aula_pose pose = source->pose(frame);
-            made.sources.push_back({source, source->add_to(room.get(), pose), pose});
-        } catch (const RoomError& error) {
-            write_error(*source, error.message);
-        }
+        const bool has_failed = std::any_of(
+            made.sources.begin(), made.sources.end(),
+            [&](const SourceInMaking& known) { return known.node == source && known.number == 0; });
+        if (source->input().number == 0 && !has_failed) admit(*source);
     }
+    is_outdated_ = is_outdated_ || !suits();
+}
+
+void RoomNode::play(RoomHandle room, const RoomInMaking& made) {
     {
         const AudioLock lock;
         output_->exchange(room.get(), writes_film());
         for (SourceNode* source : sources_) source->input().number = 0;
-        for (const SourceInMaking& known : made.sources) known.node->input().number = known.number;
+        for (const SourceInMaking& known : made.sources)
+            if (known.node != nullptr) known.node->input().number = known.number;
     }
     room_ = std::move(room);
-    places_ = made.places;
-    moving_ = std::move(made.moving);
+    options_ = made.options;
     head_ = made.head;
     for (const SourceInMaking& known : made.sources) {
         if (known.number == 0) continue;
+        if (known.node == nullptr) {  // gone meanwhile
+            aula_room_remove_source(room_.get(), known.number, AULA_NOW);
+            continue;
+        }
         known.node->set_gain_db(known.node->gain_db);
-        known.node->start(known.pose);
+        known.node->start(known.pose, known.directivity);
     }
-    is_outdated_ = is_outdated_ || !suits();
 }
 
 bool RoomNode::save(const std::string& file) {
@@ -296,8 +321,10 @@ void RoomNode::move_bodies(const Transform& frame) {
         const auto newest = motion(moving.at_rest, relative(rigid(global_transform(body)), frame));
         if (newest == moving.motion) continue;
         moving.motion = newest;
-        check(aula_room_set_transform(room_.get(), moving.object, newest.data(), AULA_NOW), body,
-              moving.error);
+        const int result =
+            aula_room_set_transform(room_.get(), moving.object, newest.data(), AULA_NOW);
+        // The scene may just have been exchanged, with other objects.
+        if (!making_) check(result, body, moving.error);
     }
 }
 

@@ -18,19 +18,20 @@ class SourceNode;
 /// The group of the nodes that may join a room.
 inline constexpr const char* kRoomPartsGroup = "aula_room_parts";
 
-/// A source of a room that is made.
+/// A source of a scene that another thread makes audible.
 struct SourceInMaking {
     SourceNode* node = nullptr;  ///< null: gone meanwhile
-    aula_source number = 0;      ///< 0: it cannot be used
+    aula_source number = 0;      ///< in a new room; 0: it cannot be used
     aula_pose pose{};
+    std::string directivity;
 };
 
-/// A room that another thread makes.
+/// A scene that another thread makes audible.
 struct RoomInMaking {
-    std::future<RoomHandle> room;  ///< throws RoomError
+    std::future<RoomHandle> room;  ///< the one that plays, or a new one; throws RoomError
+    aula_options options{};        ///< of a new one
     std::vector<MovingObject> moving;
     std::vector<SourceInMaking> sources;
-    std::size_t places = 0;  ///< most sources at a time
     aula_pose head{};
 };
 
@@ -45,7 +46,7 @@ class RoomNode final : public Instance {
 
     void notified(int notification) override;
 
-    /// Waits for the rooms that are made for nodes that have left the tree.
+    /// Waits for the threads that make scenes audible for nodes that have left the tree.
     static void wait_for_abandoned();
 
     /// False, and an error in the log, if the room has as many sources as it may.
@@ -59,9 +60,10 @@ class RoomNode final : public Instance {
     /// The bus into which the room is rendered.
     const std::string& bus() const { return bus_->name(); }
 
-    /// Reads the geometry, makes a room on another thread, and plays it as soon as it is there; in
-    /// a film waits for it. While one is made, does so when that one plays. On errors the old one
-    /// plays on.
+    /// Reads the geometry, makes it audible on another thread, and plays it as soon as it is there;
+    /// in a film waits for it. The room that plays gets the new scene if it can; else a new room
+    /// replaces it. While a scene is made audible, does so when that one plays. On errors the old
+    /// scene plays on.
     void rebuild();
     /// Writes the scene as it is now. False, and an error in the log, if that fails.
     bool save(const std::string& file);
@@ -86,12 +88,20 @@ class RoomNode final : public Instance {
     void remove_monitors();
     /// Hands the newest poses and transforms to the room.
     void update();
-    /// Begins to make a room of the geometry below the node, on another thread. Throws RoomError.
+    /// The options of a room that is made now.
+    aula_options options() const;
+    /// Whether the room that plays can have another scene in place of a new room with the options.
+    bool can_exchange(const aula_options& wanted) const;
+    /// Begins to make the geometry below the node audible, on another thread. Throws RoomError.
     void begin();
-    /// Waits for that room, and plays it. Throws RoomError.
+    /// Waits for that, and plays it. Throws RoomError.
     void finish();
+    /// Replaces the room that plays.
+    void play(RoomHandle room, const RoomInMaking& made);
     /// Whether the room that plays has been made for its sources.
     bool suits() const;
+    /// Adds a source to the room that plays, if it has a place.
+    void admit(SourceNode& source);
     void write_error(const std::string& message) const;
     void write_error(const SourceNode& source, const std::string& message) const;
     void move_listener(const Transform& frame);
@@ -107,9 +117,9 @@ class RoomNode final : public Instance {
     std::optional<RoomInMaking> making_;
     std::vector<MovingObject> moving_;
     std::vector<SourceNode*> sources_;
-    std::size_t places_ = 0;    ///< of the room that plays
-    bool had_sources_ = false;  ///< when the room that plays was begun
-    bool is_outdated_ = false;  ///< another room is to be made
+    aula_options options_{};    ///< of the room that plays
+    bool had_sources_ = false;  ///< when the scene that plays was read
+    bool is_outdated_ = false;  ///< the scene is to be read again
     std::vector<ListenerNode*> listeners_;
     bool says_no_listener_ = false;  ///< in the log
     aula_pose head_{};               ///< the newest of the listener

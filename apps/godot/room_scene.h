@@ -20,11 +20,9 @@ struct RoomError {
 struct DestroyScene {
     void operator()(aula_scene* scene) const { aula_scene_destroy(scene); }
 };
-struct DestroyRoom {
-    void operator()(aula_room* room) const { aula_room_destroy(room); }
-};
 using SceneHandle = std::unique_ptr<aula_scene, DestroyScene>;
-using RoomHandle = std::unique_ptr<aula_room, DestroyRoom>;
+/// With aula_room_destroy(). The room and the thread that gives it another scene share it.
+using RoomHandle = std::shared_ptr<aula_room>;
 
 /// Throws RoomError with the library's message unless `result` is AULA_OK.
 void require(int result);
@@ -34,7 +32,7 @@ struct MovingObject {
     std::size_t object = 0;
     std::uint64_t body = 0;
     Transform at_rest;               ///< rigid transform of the body for which the mesh is given
-    std::array<float, 12> motion{};  ///< the newest
+    std::array<float, 12> motion{};  ///< the newest in the room; zeros: unknown
     std::string error;               ///< of the newest motion
 };
 

@@ -79,8 +79,9 @@ aula_source SourceNode::add_to(aula_room* room, const aula_pose& pose) const {
     return number;
 }
 
-void SourceNode::start(const aula_pose& pose) {
+void SourceNode::start(const aula_pose& pose, const std::string& heard_directivity) {
     pose_ = pose;
+    heard_directivity_ = heard_directivity;
     if (!starts_) return;
     starts_ = false;
     player_.call("play");

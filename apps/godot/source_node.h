@@ -27,8 +27,12 @@ class SourceNode final : public Instance {
     /// Adds the source to a scene or to a room. Returns its number; throws RoomError.
     aula_source add_to(aula_scene* scene, const aula_pose& pose) const;
     aula_source add_to(aula_room* room, const aula_pose& pose) const;
-    /// The room plays from now on, with the source at a pose.
-    void start(const aula_pose& pose);
+    /// The room plays from now on, with the source at a pose and with a directivity.
+    void start(const aula_pose& pose, const std::string& heard_directivity);
+    /// Whether it is in the room with another directivity than it has now.
+    bool has_new_directivity() const {
+        return input_->number != 0 && directivity != heard_directivity_;
+    }
     /// Moves the source where its node is.
     void move(aula_room* room, const Transform& frame);
     /// The room is gone. What plays begins again in the next one.
@@ -60,7 +64,8 @@ class SourceNode final : public Instance {
     Object player_;
     aula_pose pose_{};                     ///< the newest of the room that plays
     std::string pose_error_, gain_error_;  ///< of the newest
-    bool starts_ = false;                  ///< as soon as the room can be heard
+    std::string heard_directivity_;
+    bool starts_ = false;  ///< as soon as the room can be heard
 };
 
 std::unique_ptr<ClassEntry> register_source();

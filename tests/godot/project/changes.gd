@@ -1,10 +1,14 @@
 extends Node
 ## Rooms without walls: more sources than a room has places for, a source and listeners that are not
-## below a room, and rooms that come and go.
+## below a room, and rooms that come and go. A room with walls that a rebuild takes away.
 
 const FAR := Vector3(0, 0, -900)
 const NEAR := Vector3(0, 0, -1)
 
+## After it the bus is without a source that stops, also on a loaded machine.
+const MIX_S := 0.2
+
+var capture := AudioEffectCapture.new()
 var failed := false
 
 
@@ -53,7 +57,63 @@ func new_room() -> AulaRoom:
 	return room
 
 
+## The level of the next 0.1 s.
+func level_db() -> float:
+	capture.clear_buffer()
+	await get_tree().create_timer(0.1).timeout
+	var energy := 0.0
+	var sound := capture.get_buffer(capture.get_frames_available())
+	for sample in sound:
+		energy += sample.length_squared() / 2
+	return 10 * log(energy / maxf(1, sound.size()) + 1e-12) / log(10)
+
+
+## A room rings for seconds until a rebuild takes its walls away; its source then stops. The level
+## in the 0.1 s after that, relative to the level before.
+func level_after_rebuild(ir_length_s: float) -> float:
+	var room := new_room()
+	room.ir_length_s = 0
+	var walls := AulaBody3D.new()
+	walls.material = AulaMaterial.new()
+	walls.material.preset = ""
+	walls.material.absorption = PackedFloat32Array([0.05, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05])
+	var mesh := MeshInstance3D.new()
+	mesh.mesh = BoxMesh.new()
+	mesh.mesh.size = Vector3(8, 4, 6)
+	walls.add_child(mesh)
+	room.add_child(walls)
+	room.add_child(AulaListener3D.new())
+	var source := new_source(NEAR)
+	room.add_child(source)
+	add_child(room)
+	await wait_for_sound(true, "a source between walls is not heard")
+	var before: float = await level_db()
+	var length := room.response_length_s
+	# The second one waits for the first one, which reads the walls.
+	room.rebuild()
+	walls.audible = false
+	room.ir_length_s = ir_length_s
+	room.rebuild()
+	var start := Time.get_ticks_msec()
+	while room.response_length_s == length and Time.get_ticks_msec() < start + 20000:
+		await get_tree().process_frame
+	source.stop()
+	await get_tree().create_timer(MIX_S).timeout
+	var after: float = await level_db()
+	# It leaves while it gets another scene.
+	room.rebuild()
+	room.free()
+	return after - before
+
+
 func _ready() -> void:
+	AudioServer.add_bus_effect(0, capture)
+	# The room before rings out. A new room, with another length of the responses, cuts it off.
+	var ringing: float = await level_after_rebuild(0)
+	var cut: float = await level_after_rebuild(0.2)
+	print("after a rebuild %.1f dB, in a new room %.1f dB" % [ringing, cut])
+	expect(ringing > -20, "a rebuild cuts sound off")
+	expect(cut < -40, "a new room rings as the one before")
 	var room := new_room()
 	var ears := AulaListener3D.new()
 	room.add_child(ears)
@@ -76,6 +136,11 @@ func _ready() -> void:
 	last = new_source(NEAR)
 	room.add_child(last)
 	await wait_for_sound(true, "a source that came while a room was made is not heard")
+	# Across its axis a figure of eight is silent.
+	last.directivity = "figure_of_eight"
+	last.rotation.y = PI / 2
+	room.rebuild()
+	await wait_for_sound(false, "a rebuild does not read the directivity")
 	room.free()
 	# A source and listeners outside of the room stay when it goes.
 	room = new_room()

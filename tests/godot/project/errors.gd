@@ -21,8 +21,8 @@ func attempt(title: String, root: Node, turn := Callable()) -> void:
 	root.free()
 
 
-## Moves the first source out of reach, further with each frame, and a second one near.
-func lose_source(room: AulaRoom) -> void:
+## Does something with a room that sounds, prints whether it still sounds, and removes its source.
+func while_it_sounds(room: AulaRoom, turn: Callable) -> void:
 	var near := AulaSource3D.new()
 	near.stream = load("res://sounds/radio.wav")
 	near.autoplay = true
@@ -32,13 +32,27 @@ func lose_source(room: AulaRoom) -> void:
 	while room.response_length_s == 0 and Time.get_ticks_msec() < start + 60000:
 		await get_tree().process_frame
 	near.position = Vector3(0, 0, -1)
-	for i in 60:
-		room.get_child(0).position = Vector3(2e6 + 10 * i, 0, 0)
-		await get_tree().create_timer(0.01).timeout
+	await turn.call()
 	if AudioServer.get_bus_peak_volume_left_db(0, 0) > -60:
 		printerr("heard")
 	near.stop()
 	near.queue_free()
+
+
+## Moves the first source out of reach, further with each frame, and a second one near.
+func lose_source(room: AulaRoom) -> void:
+	await while_it_sounds(room, func() -> void:
+		for i in 60:
+			room.get_child(0).position = Vector3(2e6 + 10 * i, 0, 0)
+			await get_tree().create_timer(0.01).timeout)
+
+
+## A new room cannot be made, since its responses are too long.
+func fail_to_rebuild(room: AulaRoom) -> void:
+	await while_it_sounds(room, func() -> void:
+		room.ir_length_s = 20
+		room.rebuild()
+		await get_tree().create_timer(1.0).timeout)
 
 
 func box(material: AulaMaterial) -> AulaBody3D:
@@ -80,6 +94,7 @@ func _ready() -> void:
 	# A room without bounds, in which a source runs away: an error in each frame.
 	await attempt("no listener and a lost source", room_with(AulaSource3D.new(), null), lose_source)
 	await attempt("a source beside a lost one", room_with(AulaSource3D.new()), lose_source)
+	await attempt("a rebuild that fails", room_with(Node.new()), fail_to_rebuild)
 	await attempt("a room that comes again", room_with(box(unknown)), func(room: Node) -> void:
 		for i in 5:
 			await get_tree().process_frame

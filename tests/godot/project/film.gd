@@ -1,9 +1,11 @@
 extends Node
-## The house, saved as a scene. Arguments: shut, open, or moving: from 0.2 s to 1.2 s.
+## The house, saved as a scene. Arguments: shut, open, moving: from 0.2 s to 1.2 s, or rebuilt: the
+## same house again after 0.5 s.
 
 @onready var house: AulaRoom = $House
 var mode := "shut"
 var seconds := 0.0
+var is_rebuilt := false
 
 
 func _ready() -> void:
@@ -19,3 +21,6 @@ func _process(delta: float) -> void:
 	seconds += delta
 	if mode == "moving":
 		$House/Door.rotation.y = 1.6 * clampf(seconds - 0.2, 0, 1)
+	if mode == "rebuilt" and seconds > 0.5 and not is_rebuilt:
+		is_rebuilt = true
+		house.rebuild()
