@@ -31,10 +31,15 @@ static class Test
         Demand(holds(), what);
     }
 
+    static object Get(AulaRoom room, string field)
+    {
+        return room.GetType().GetField(field, BindingFlags.NonPublic | BindingFlags.Instance)
+            .GetValue(room);
+    }
+
     static bool IsBeingMade(AulaRoom room)
     {
-        var field = room.GetType().GetField("making", BindingFlags.NonPublic | BindingFlags.Instance);
-        return field.GetValue(room) != null;
+        return Get(room, "making") != null;
     }
 
     static Mesh Box(float x, float y, float z)
@@ -108,6 +113,22 @@ static class Test
         Await(room, () => !IsBeingMade(room), "it is made again");
         Demand(Debug.Messages.Count == 0 && room.IsReady, "with a material of its own");
 
+        // The room stays and gets other meshes, and the door is moved in it, too. Another length of
+        // the responses needs another room.
+        var before = Get(room, "room");
+        Transform.New("wall", root, new Vector3(5, 0, 1)).Add<MeshFilter>().sharedMesh =
+            Box(0.1F, 2, 2);
+        room.Rebuild();
+        Await(room, () => !IsBeingMade(room), "the meshes are read again");
+        Demand(before.Equals(Get(room, "room")), "the room stays");
+        hinge.rotation = Quaternion.identity;
+        Call(room, "Update");
+        room.responseLength = 0.2F;
+        room.Rebuild();
+        Await(room, () => !IsBeingMade(room), "a room with another length is made");
+        Demand(!before.Equals(Get(room, "room")), "it is a new one");
+        Demand(Debug.Messages.Count == 0 && room.IsReady, "nothing is wrong with both");
+
         // What is wrong is one line, and the room before remains.
         foreach (var wrong in new[] { new AulaMaterial { preset = "gold" },
                                       new AulaMaterial { preset = "", absorption = new float[3] } })
@@ -122,13 +143,15 @@ static class Test
 
         Debug.Messages.Clear();
         room.material = null;
-        UnityEngine.Object.FindObjectOfType<AudioListener>().transform.Add<AulaListener>().hrtf =
-            "/nowhere.sofa";
+        var head =
+            UnityEngine.Object.FindObjectOfType<AudioListener>().transform.Add<AulaListener>();
+        head.hrtf = "/nowhere.sofa";
         room.Rebuild();
         Await(room, () => !IsBeingMade(room), "the attempt ends");
         Demand(Debug.Messages.Count == 1 && Debug.Messages[0].Contains("/nowhere.sofa"), "the HRTF");
 
-        // It leaves while another one is made.
+        // It leaves while it gets other meshes.
+        head.hrtf = "";
         room.Rebuild();
         Call(room, "OnDisable");
         Demand(!room.IsReady && !IsBeingMade(room), "it is gone");

@@ -27,18 +27,28 @@ namespace Aula
             public readonly float[] transform = new float[12];
         }
 
-        /// What a thread makes a room of.
+        /// What only a new room can change.
+        struct Settings
+        {
+            public string hrtf, headphones;
+            public int sampleRate, maxSources, rays;
+            public float responseLength;
+        }
+
+        /// What a thread makes audible.
         sealed class Making
         {
             public IntPtr scene;
+            public Settings settings;
             public readonly List<ulong> sources = new List<ulong>();
             public readonly List<MovingObject> moving = new List<MovingObject>();
-            public Task<IntPtr> room;
+            public Task<IntPtr> room;  // the one that plays, or a new one
         }
 
         static AulaRoom heard;
 
         IntPtr room;
+        Settings settings;  // of the room
         List<MovingObject> moving = new List<MovingObject>();
         Making making;
         bool isOutdated;
@@ -62,7 +72,7 @@ namespace Aula
             if (making != null)
             {
                 Wait(making);
-                if (making.room.Status == TaskStatus.RanToCompletion)
+                if (making.room.Status == TaskStatus.RanToCompletion && making.room.Result != room)
                     Native.aula_room_destroy(making.room.Result);
                 making = null;
             }
@@ -74,8 +84,9 @@ namespace Aula
             Rebuild();
         }
 
-        /// Reads the meshes and makes a room of them on a thread; the room before is heard until
-        /// then. While one is made, the next waits.
+        /// Reads the meshes and makes them audible on a thread; what was made before is heard until
+        /// then, and rings out, unless the room gets other settings. While they are made audible,
+        /// the next ones wait.
         public void Rebuild()
         {
             isOutdated = making != null;
@@ -97,46 +108,76 @@ namespace Aula
         /// it the sound follows movements later. 0 without a room.
         public void GetLoad(out double frameMs, out double periodMs)
         {
-            var status = new Native.Status();
-            status.size = (UIntPtr)(ulong)Marshal.SizeOf(status);
-            if (room != IntPtr.Zero) Native.aula_room_status(room, ref status);
+            Native.Status status;
+            GetStatus(out status);
             frameMs = status.frame_ms;
             periodMs = status.frame_period_ms;
+        }
+
+        /// Whether there is a room, without an error.
+        bool GetStatus(out Native.Status status)
+        {
+            status = new Native.Status();
+            status.size = (UIntPtr)(ulong)Marshal.SizeOf(status);
+            return room != IntPtr.Zero && Native.aula_room_status(room, ref status) == 0;
         }
 
         Making Begin()
         {
             var made = new Making();
             Native.Check(Native.aula_scene_create(out made.scene));
-            var owned = new List<IntPtr>();
             try
             {
                 AddMeshes(made);
                 AddPlaces(made);
-                var listener = FindObjectOfType<AulaListener>();
-                var options = new Native.Options();
-                options.size = (UIntPtr)(ulong)Marshal.SizeOf(options);
-                options.hrtf = Owned(owned, listener == null ? "" : listener.hrtf);
-                options.headphones = Owned(owned, listener == null ? "" : listener.headphones);
-                options.sample_rate_hz = AudioSettings.outputSampleRate;
-                options.ir_length_s = responseLength;
-                // Those of the places leave at the first sample.
-                options.max_sources = Math.Min(1024, maxSources + made.sources.Count);
-                options.rays = rays;
-                made.room = Task.Run(() => Make(made, options, owned));
             }
             catch (AulaException)
             {
-                Free(made.scene, owned);
+                Native.aula_scene_destroy(made.scene);
                 throw;
             }
+            var listener = FindObjectOfType<AulaListener>();
+            made.settings.hrtf = listener == null ? "" : listener.hrtf;
+            made.settings.headphones = listener == null ? "" : listener.headphones;
+            made.settings.sampleRate = AudioSettings.outputSampleRate;
+            made.settings.maxSources = maxSources;
+            made.settings.rays = rays;
+            made.settings.responseLength = responseLength;
+            Native.Status status;
+            var stays = GetStatus(out status) && heard == this && made.settings.Equals(settings);
+            var present = stays ? room : IntPtr.Zero;
+            made.room = Task.Run(() => Make(made, present));
             return made;
         }
 
-        static IntPtr Make(Making made, Native.Options options, List<IntPtr> owned)
+        /// Gives a room the scene, or makes one if there is none.
+        static IntPtr Make(Making made, IntPtr present)
         {
             try
             {
+                if (present == IntPtr.Zero) return MakeRoom(made);
+                Native.Check(Native.aula_room_set_scene(present, made.scene, Native.Now));
+                return present;
+            }
+            finally
+            {
+                Native.aula_scene_destroy(made.scene);
+            }
+        }
+
+        static IntPtr MakeRoom(Making made)
+        {
+            var options = new Native.Options();
+            options.size = (UIntPtr)(ulong)Marshal.SizeOf(options);
+            options.sample_rate_hz = made.settings.sampleRate;
+            options.ir_length_s = made.settings.responseLength;
+            // Those of the places leave at the first sample.
+            options.max_sources = Math.Min(1024, made.settings.maxSources + made.sources.Count);
+            options.rays = made.settings.rays;
+            try
+            {
+                options.hrtf = Copy(made.settings.hrtf);
+                options.headphones = Copy(made.settings.headphones);
                 IntPtr result;
                 Native.Check(Native.aula_room_create(made.scene, ref options, out result));
                 foreach (var source in made.sources)
@@ -145,24 +186,18 @@ namespace Aula
             }
             finally
             {
-                Free(made.scene, owned);
+                Marshal.FreeHGlobal(options.hrtf);
+                Marshal.FreeHGlobal(options.headphones);
             }
         }
 
-        static void Free(IntPtr scene, List<IntPtr> owned)
-        {
-            Native.aula_scene_destroy(scene);
-            foreach (var text in owned) Marshal.FreeHGlobal(text);
-        }
-
-        /// A text that stays until the room is made.
-        static IntPtr Owned(List<IntPtr> owned, string text)
+        /// To be freed; null if the text is empty.
+        static IntPtr Copy(string text)
         {
             if (string.IsNullOrEmpty(text)) return IntPtr.Zero;
             var bytes = Native.Bytes(text);
             var copy = Marshal.AllocHGlobal(bytes.Length);
             Marshal.Copy(bytes, 0, copy, bytes.Length);
-            owned.Add(copy);
             return copy;
         }
 
@@ -261,7 +296,9 @@ namespace Aula
                 return;
             }
             moving = made.moving;
-            Replace(made.room.Result);
+            settings = made.settings;
+            if (made.room.Result != room) Replace(made.room.Result);
+            isOutdated |= heard != this;  // another room is heard meanwhile
         }
 
         static void Wait(Making made)
@@ -303,10 +340,12 @@ namespace Aula
             for (int i = 0; i < rows.Length; ++i) isNew |= rows[i] != moved.transform[i];
             if (!isNew) return;
             rows.CopyTo(moved.transform, 0);
-            if (Native.aula_room_set_transform(room, moved.index, rows, Native.Now) == 0) return;
+            var result = Native.aula_room_set_transform(room, moved.index, rows, Native.Now);
+            // The thread may just have given the room other objects, which all move when it ends.
+            if (result == 0 || making != null) return;
             try
             {
-                Native.Check(2);
+                Native.Check(result);
             }
             catch (AulaException error)
             {

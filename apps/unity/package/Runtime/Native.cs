@@ -96,6 +96,8 @@ namespace Aula
             out IntPtr room);
         [DllImport(Library)] public static extern void aula_room_destroy(IntPtr room);
         [DllImport(Library)]
+        public static extern int aula_room_set_scene(IntPtr room, IntPtr scene, long at);
+        [DllImport(Library)]
         public static extern int aula_room_remove_source(IntPtr room, ulong source, long at);
         [DllImport(Library)]
         public static extern int aula_room_set_transform(IntPtr room, UIntPtr index,
