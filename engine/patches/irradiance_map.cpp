@@ -172,6 +172,7 @@ struct IrradianceMap::State {
         std::uint64_t key = 0;
         std::uint32_t triangle = 0;
         bool is_reversed = false;  // the key of its end is below that of its start
+        std::uint8_t number = 0;   // of the triangle's edges
 
         bool operator<(const Edge& other) const {
             return std::tie(key, triangle, is_reversed) <
@@ -185,18 +186,34 @@ struct IrradianceMap::State {
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint64_t from = corner_key(v[k]);
             const std::uint64_t to = corner_key(v[(k + 1) % 3]);
-            edges[k] = {from + to, t, to < from};
+            edges[k] = {from + to, t, to < from, static_cast<std::uint8_t>(k)};
         }
         return edges;
     }
 
-    std::vector<Edge> edges_of_small() const {
-        std::vector<Edge> edges;
+    /// The edges of the small triangles: those of equal keys are neighbours.
+    struct SmallEdges {
+        std::vector<Edge> sorted;
+        std::vector<std::uint32_t> first;  // [3 triangle + number] of the same key
+        std::vector<char> is_reversed;     // [3 triangle + number]
+    };
+
+    SmallEdges edges_of_small() const {
+        SmallEdges edges;
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             if (part_of_face[2 * std::size_t{t}] == kNone) continue;
-            for (const Edge& edge : edges_of(t)) edges.push_back(edge);
+            for (const Edge& edge : edges_of(t)) edges.sorted.push_back(edge);
         }
-        std::sort(edges.begin(), edges.end());
+        std::sort(edges.sorted.begin(), edges.sorted.end());
+        edges.first.resize(3 * scene.triangle_count());
+        edges.is_reversed.resize(edges.first.size());
+        std::uint32_t first = 0;
+        for (std::uint32_t i = 0; i < edges.sorted.size(); ++i) {
+            const Edge& edge = edges.sorted[i];
+            if (edge.key != edges.sorted[first].key) first = i;
+            edges.first[3 * std::size_t{edge.triangle} + edge.number] = first;
+            edges.is_reversed[3 * std::size_t{edge.triangle} + edge.number] = edge.is_reversed;
+        }
         return edges;
     }
 
@@ -224,20 +241,20 @@ struct IrradianceMap::State {
     /// Joins small triangles of a patch that are connected. Of layers that lie on each other only
     /// one is hit: they thus stay apart.
     void join_small(const IrradianceMap::PatchOf& patch_of) {
-        const std::vector<Edge> edges = edges_of_small();
+        const SmallEdges edges = edges_of_small();
         const std::vector<std::uint32_t> patches = patches_of_small(patch_of);
         const double full_m2 = group_m2();
         std::vector<char> joined(part_of_face.size(), 0);
         std::vector<std::size_t> open;  // faces at the group's border
         const auto open_neighbours = [&](std::size_t face) {
-            for (const Edge& edge : edges_of(static_cast<std::uint32_t>(face / 2))) {
-                const auto first =
-                    std::lower_bound(edges.begin(), edges.end(), Edge{edge.key, 0, false});
+            for (std::size_t k = 3 * (face / 2); k < 3 * (face / 2) + 3; ++k) {
+                const auto first = edges.sorted.begin() + edges.first[k];
                 for (auto at = first;
-                     at != edges.end() && at->key == edge.key && at - first < kMostAtEdge; ++at) {
+                     at != edges.sorted.end() && at->key == first->key && at - first < kMostAtEdge;
+                     ++at) {
                     // Neighbours of the same orientation pass their edge in opposite directions.
-                    const std::size_t side =
-                        at->is_reversed != edge.is_reversed ? face % 2 : 1 - face % 2;
+                    const bool is_opposite = at->is_reversed != (edges.is_reversed[k] != 0);
+                    const std::size_t side = is_opposite ? face % 2 : 1 - face % 2;
                     const std::size_t next = 2 * std::size_t{at->triangle} + side;
                     if (joined[next] || patches[next] != patches[face] ||
                         glm::dot(normal_of(face), normal_of(next)) <= 0) {
