@@ -500,10 +500,6 @@ void Propagation::emit_from_listeners() {
     if (state_->patches) state_->patches->emit_from_listeners();
 }
 
-void Propagation::reserve_memory() {
-    if (state_->patches) state_->patches->reserve_memory();
-}
-
 double Propagation::response_length_s() const {
     const auto& given = state_->simulation.ir_length_s;
     // The last bin may end later.

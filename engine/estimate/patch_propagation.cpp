@@ -73,8 +73,10 @@ PatchPropagation::PatchPropagation(const RayScene& scene, const SpecularPaths& i
     for (std::size_t id = 0; id < source_count + listener_count; ++id)
         ends_.push_back(make_end(id, id >= source_count));
     divide_segments();
-    // The first frame fills a cache.
-    row_pool_->reserve(grid_.reached_rows(), 0, std::numeric_limits<std::size_t>::max());
+    // The rows of a source and of a listener. The first frame fills one of the caches, and the
+    // first frame after a movement may fill the other.
+    row_pool_->reserve(2 * grid_.reached_rows(), grid_.reached_rows(),
+                       std::numeric_limits<std::size_t>::max());
 }
 
 void PatchPropagation::scene_moved() {

@@ -59,9 +59,6 @@ class PatchPropagation final : public ResponseEstimator {
     /// See Propagation::emit_from_listeners.
     void emit_from_listeners() { from_listeners_ = true; }
 
-    /// See Propagation::reserve_memory.
-    void reserve_memory();
-
     /// Updates the patches after a change of the scene's materials.
     void materials_changed();
 

@@ -1,7 +1,6 @@
 #include "engine/estimate/patch_propagation.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace aula {
 
@@ -62,12 +61,6 @@ PatchPropagation::End PatchPropagation::make_end(std::size_t id, bool directed) 
 void PatchPropagation::divide_segments() {
     for (std::size_t e = 0; e < emitter_count(); ++e)
         ends_[e].segments.set_bounds(max_segments(e >= source_count()), segment_bytes());
-}
-
-/// Maps the rows of a listener beside those of a source.
-void PatchPropagation::reserve_memory() {
-    row_pool_->reserve((from_listeners_ ? 1 : 2) * grid_.reached_rows(), grid_.reached_rows(),
-                       std::numeric_limits<std::size_t>::max());
 }
 
 /// Maps memory for the end that emits after the next change, a little in each frame without a

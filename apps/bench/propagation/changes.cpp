@@ -91,7 +91,6 @@ std::vector<FrameInput> frames_of(const Subject& subject, const Script& script) 
 std::vector<double> measure_frames(const Subject& subject, const std::vector<FrameInput>& frames) {
     Propagation propagation(
         subject.scene, subject.simulation(Estimator::patch, subject.scene.simulation.ray_count()));
-    propagation.reserve_memory();  // as live playback does
     std::vector<double> frame_s;
     for (const FrameInput& frame : frames) {
         const double began_s = cpu_time_s();

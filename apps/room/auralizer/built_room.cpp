@@ -61,7 +61,6 @@ BuiltRoom::BuiltRoom(const Scene& scene_in, Sources sources_in, const AuralizerO
       sounding(made.get()) {
     if (sources == Sources::of_room_before) computer.remove_sources();
     made->tail = tail_samples(computer.config().longest_delay_s);
-    if (options.clock == RenderClock::real_time) computer.reserve_memory();
 }
 
 double BuiltRoom::headphones_s() const {

@@ -51,9 +51,6 @@ class FrameComputer {
     /// sources keep theirs. [propagation thread]
     double longest_delay_s(SourceId source) const { return maker_->longest_delay_s(source.number); }
 
-    /// See Propagation::reserve_memory. Before the first frame.
-    void reserve_memory() { maker_->reserve_memory(); }
-
     /// Removes the sources of the scene. Before the first frame.
     void remove_sources() { maker_->take_sources({}); }
 

@@ -48,9 +48,6 @@ class FrameMaker {
         waves_.change_material(material, coefficients);
     }
 
-    /// See Propagation::reserve_memory.
-    void reserve_memory() { propagation_.reserve_memory(); }
-
     /// Adds and removes sources to match those of a frame; part of fill().
     void take_sources(const std::vector<SourceState>& sources);
 

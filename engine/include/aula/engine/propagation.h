@@ -100,10 +100,6 @@ class Propagation {
     /// noisier. Estimators other than Estimator::patch ignore it.
     void emit_from_listeners();
 
-    /// Maps the memory that the caches of a source and of a listener need, which later frames map
-    /// otherwise: for frames with a deadline. Estimators other than Estimator::patch ignore it.
-    void reserve_memory();
-
     /// Length of the responses: Simulation::ir_length_s, or the time in which the sound of every
     /// octave band decays by 70 dB, within 0.3 and 10 s.
     double response_length_s() const;
