@@ -297,7 +297,7 @@ std::vector<double> reflections_on(const Overlaps& overlaps, const RayScene& ray
     std::vector<double> shares(overlaps.size(), 0);
     double hits = 0;
     const RandomWalks walks{.paths = 4096, .bounces = 32, .seed = kRoomSeed};
-    trace_random_walks(rays, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
+    trace_random_walks(rays, inside, walks, [&](float, const Ray& ray, const Hit& hit) {
         if (!hit.any()) return;
         ++hits;
         const auto [from, to] = of_triangle.equal_range(hit.triangle);

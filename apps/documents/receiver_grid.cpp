@@ -129,7 +129,7 @@ std::vector<Vec3> points_in_room(const Scene& scene, const RayScene& rays, float
     std::set<std::array<int, 3>> cubes;
     trace_random_walks(rays, inside,
                        {.paths = kPaths, .bounces = kBounces, .seed = scene.simulation.seed},
-                       [&](int, const Ray& ray, const Hit& hit) {
+                       [&](float, const Ray& ray, const Hit& hit) {
                            if (!hit.any()) return;
                            const Vec3 middle = ray.origin + hit.distance_m / 2 * ray.direction;
                            const glm::ivec3 cube = glm::floor(middle / cube_m);

@@ -6,7 +6,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <tuple>
 
 #include "engine/base/tolerances.h"
@@ -33,9 +35,19 @@ constexpr int kFineSamples = 64;
 /// energy arrives there: an error of its area is not heard. Outdoors most patches are far away.
 constexpr float kUnmarkedShare = 0.25F;
 
+/// Patches for each marked one beyond which a grid is sparse: the others are then sampled only when
+/// the rows of the marked ones fit, and panels do not divide them. Closed rooms have two, as walls
+/// have an outer side, levels of games three, and a city twenty, of which a size that does not fit
+/// takes a third of the time.
+constexpr std::size_t kMostPerMarked = 4;
+
 /// Share of a patch's area that is all of it, up to the rounding of the samples' sum.
 constexpr float kAllReached = 0.999F;
 static_assert(1 - kAllReached > PatchSides::kSideSamples * tolerances::kRounding);
+
+/// Of rows that become too many, the next size has room for this factor. A choice: they scatter by
+/// a few percent with the place of the cells.
+constexpr double kSpareRows = 1.05;
 
 /// Number of cells that a moving object intersects, relative to its area in cell faces: it has two
 /// sides, each of which intersects about twice as many.
@@ -57,48 +69,60 @@ struct PatchGrid::State {
     std::optional<IrradianceMap> irradiance_map;
     PatchSides sides;
     std::vector<Vec3> inside;
+    std::uint64_t seed;
     std::vector<char> transmitting;     // [triangle] now or before, when patches were marked
     std::vector<float> static_area_m2;  // [patch] of static objects
     std::vector<float> area_m2;         // [patch] of all objects
     std::vector<std::uint32_t> static_triangles;
     std::vector<std::uint32_t> moving_triangles;
     bool is_convex = false;  // when patches were marked
+    bool is_sparse = false;  // see kMostPerMarked
     double rows_of_moving = 0;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> static_parts;    // patch, triangle: sorted
+    std::uint32_t static_patches = 0;         // the patches with parts, and those of moving objects
+    std::vector<std::size_t> first_part;      // [patch] of its static triangles, and the end of all
+    std::vector<std::uint32_t> static_parts;  // these triangles, ascending within a patch
     std::vector<std::pair<std::uint32_t, std::uint64_t>> static_crossed;  // panel, cell: sorted
 
-    State(const RayScene& rays, WorkerPool& pool, std::uint64_t seed, float patch_size_m,
+    State(const RayScene& rays, WorkerPool& pool, std::uint64_t seed_of_grid, float patch_size_m,
           std::span<const Vec3> inside_points)
         : scene(rays),
           workers(pool),
           grid(rays, patch_size_m),
-          sampler(rays, grid, index, seed),
-          reach(rays, grid, index, seed),
+          sampler(rays, grid, index, seed_of_grid),
+          reach(rays, grid, index, seed_of_grid),
           sides(rays, index, grid.size_m()),
           inside(inside_points.begin(), inside_points.end()),
+          seed(seed_of_grid),
           transmitting(rays.triangle_count(), 0) {}
 
     std::uint32_t find(const Vec3& point, const Vec3& facing_normal) const {
         return index.find(grid.key_at(point, facing_normal));
     }
 
-    /// Finds the patches of all triangles, and marks those that sound from `inside` reaches. False
-    /// if there are more than `max_patches`.
-    bool find_patches(double max_patches) {
+    /// Finds the patches of all triangles, and marks those that walks reach. False if there are
+    /// more than `max_patches`.
+    bool find_patches(ReachWalks& walks, double max_patches) {
         double moving_m2 = 0;
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> parts;  // patch, ascending triangle
         for (std::uint32_t t = 0; t < scene.triangle_count(); ++t) {
             const RayScene::Triangle& triangle = scene.triangle(t);
             const bool may_move = scene.moves(triangle);
             sampler.for_each_patch(t, [&](std::uint32_t patch, const Vec3&, float) {
-                if (!may_move) static_parts.emplace_back(patch, t);
+                if (!may_move) parts.emplace_back(patch, t);
             });
             (may_move ? moving_triangles : static_triangles).push_back(t);
             if (may_move) moving_m2 += double{triangle.area_m2()};
         }
-        std::sort(static_parts.begin(), static_parts.end());
         index.keep_present();
+        static_patches = static_cast<std::uint32_t>(index.size());
+        first_part.assign(index.size() + 1, 0);
+        for (const auto& [patch, _] : parts) ++first_part[patch + 1];
+        std::partial_sum(first_part.begin(), first_part.end(), first_part.begin());
+        static_parts.resize(parts.size());
+        std::vector<std::size_t> next = first_part;
+        for (const auto& [patch, t] : parts) static_parts[next[patch]++] = t;
         rows_of_moving = kCellsOfMoving * moving_m2 / std::pow(double{grid.size_m()}, 2);
-        return mark(max_patches - rows_of_moving);
+        return mark(walks, max_patches - rows_of_moving);
     }
 
     std::size_t reached_rows() const {
@@ -110,11 +134,11 @@ struct PatchGrid::State {
     }
 
     /// Marks the patches that sound reaches.
-    bool mark(double max_patches) {
+    bool mark(ReachWalks& walks, double max_patches) {
         begins_to_transmit();
         irradiance_map.emplace(scene, grid.size_m());
         is_convex = is_convex_room(scene, inside);
-        if (!is_convex) return reach.mark(inside, max_patches, *irradiance_map);
+        if (!is_convex) return reach.mark(walks, max_patches, *irradiance_map);
         for_each_inner_part([&](std::uint32_t patch, float) { reach.mark(patch); });
         return static_cast<double>(reach.count()) <= max_patches;
     }
@@ -143,13 +167,16 @@ struct PatchGrid::State {
         return any;
     }
 
-    /// Computes areas and irradiance.
-    void find_areas() {
+    /// Computes areas and irradiance. False if there are more than `max_rows`: some areas of a
+    /// sparse grid are unknown then.
+    bool find_areas(double max_rows) {
         static_area_m2.assign(index.size(), 0);
         if (is_convex) {
             for_each_inner_part(
                 [&](std::uint32_t patch, float area) { static_area_m2[patch] += area; });
         } else {
+            // The sides of moving panels need the areas of all patches.
+            is_sparse = moving_triangles.empty() && static_patches > kMostPerMarked * reach.count();
             const std::vector<SurfaceSample> heard = add_reachable(false, static_area_m2);
             if (sides.add_partitions(partitions(heard)))
                 static_crossed = crossings(static_triangles);
@@ -159,13 +186,33 @@ struct PatchGrid::State {
         });
         add_static_sides(sides.clear_static());
         scene_moved();
+        if (rows() > max_rows) return false;
+        if (is_sparse) add_unmarked();
+        return true;
+    }
+
+    /// Rows of the patches that sound reaches, and of moving objects.
+    double rows() const { return static_cast<double>(reached_rows()) + rows_of_moving; }
+
+    /// Adds the areas of the patches of a sparse grid that are not marked.
+    void add_unmarked() {
+        const std::vector<SurfaceSample> samples = sampler.sample(
+            static_triangles, kSamplesPerPatch,
+            [&](std::uint32_t patch) { return reach.marked(patch) ? 0 : kUnmarkedShare; });
+        const std::vector<char> reached = reach.reaches(samples, workers);
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (!reached[i]) continue;
+            static_area_m2[samples[i].patch] += samples[i].area_m2;
+            area_m2[samples[i].patch] += samples[i].area_m2;
+        }
     }
 
     void materials_changed() {
         if (!begins_to_transmit()) return;
         // The size of the patches stays, whatever their number.
-        mark(std::numeric_limits<double>::infinity());
-        find_areas();
+        ReachWalks walks(scene, inside, seed);
+        mark(walks, std::numeric_limits<double>::infinity());
+        find_areas(std::numeric_limits<double>::infinity());
     }
 
     /// Updates the moving objects' parts.
@@ -221,15 +268,18 @@ struct PatchGrid::State {
     /// Divides the patches of the cells that panels cross.
     void divide() {
         if (sides.panel_count() == 0) return;
-        auto crossed = crossings(moving_triangles);
-        crossed.insert(crossed.end(), static_crossed.begin(), static_crossed.end());
         std::vector<std::uint32_t> divided;
-        for (const auto& [panel, cell] : crossed) {
-            for (const std::uint64_t key : CellGrid::keys_of_cell(cell)) {
-                const std::uint32_t patch = index.find(key);
-                if (patch != kNone && sides.cross(patch, panel)) divided.push_back(patch);
+        const auto add = [&](const auto& crossed, bool marked_only) {
+            for (const auto& [panel, cell] : crossed) {
+                for (const std::uint64_t key : CellGrid::keys_of_cell(cell)) {
+                    const std::uint32_t patch = index.find(key);
+                    if (patch == kNone || (marked_only && !reach.marked(patch))) continue;
+                    if (sides.cross(patch, panel)) divided.push_back(patch);
+                }
             }
-        }
+        };
+        add(crossings(moving_triangles), false);
+        add(static_crossed, is_sparse);
         std::sort(divided.begin(), divided.end());
         static_area_m2.resize(index.size());
         add_static_sides(divided);
@@ -250,10 +300,11 @@ struct PatchGrid::State {
         const std::vector<std::uint32_t>& patches) const {
         std::vector<std::uint32_t> triangles;
         for (const std::uint32_t patch : patches) {
-            auto part = std::lower_bound(static_parts.begin(), static_parts.end(),
-                                         std::pair{patch, std::uint32_t{0}});
-            for (; part != static_parts.end() && part->first == patch; ++part)
-                triangles.push_back(part->second);
+            if (patch >= static_patches) continue;  // of moving objects only
+            const std::span<const std::uint32_t> of_patch =
+                std::span(static_parts)
+                    .subspan(first_part[patch], first_part[patch + 1] - first_part[patch]);
+            triangles.insert(triangles.end(), of_patch.begin(), of_patch.end());
         }
         std::sort(triangles.begin(), triangles.end());
         triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
@@ -284,15 +335,27 @@ struct PatchGrid::State {
         return samples;
     }
 
+    /// The static triangles whose patches have samples.
+    std::vector<std::uint32_t> sampled_triangles() const {
+        if (!is_sparse) return static_triangles;
+        std::vector<std::uint32_t> patches;
+        for (std::uint32_t patch = 0; patch < static_patches; ++patch) {
+            if (reach.marked(patch)) patches.push_back(patch);
+        }
+        return static_triangles_in(patches);
+    }
+
     /// Adds the area of the static triangles, or of the moving ones, that sound can reach. Where
     /// only part of a patch can be reached, many more samples estimate the share. Static patches
-    /// that are not marked have few. Returns samples that sound reaches.
+    /// that are not marked have few, or none. Returns samples that sound reaches.
     std::vector<SurfaceSample> add_reachable(bool moving, std::vector<float>& areas) {
-        const std::vector<std::uint32_t>& triangles = moving ? moving_triangles : static_triangles;
+        const std::vector<std::uint32_t> triangles =
+            moving ? moving_triangles : sampled_triangles();
         const auto matters = [&](std::uint32_t patch) { return moving || reach.marked(patch); };
+        const float unmarked_share = is_sparse ? 0 : kUnmarkedShare;
         const std::vector<SurfaceSample> samples = sampler.sample(
             triangles, kSamplesPerPatch,
-            [&](std::uint32_t patch) { return matters(patch) ? 1 : kUnmarkedShare; });
+            [&](std::uint32_t patch) { return matters(patch) ? 1 : unmarked_share; });
         areas.resize(index.size());
         const std::vector<char> reached = reach.reaches(samples, workers);
         std::vector<char> some(areas.size(), 0);
@@ -330,8 +393,7 @@ struct PatchGrid::State {
 
 /// The patches without their areas, enlarged until sound reaches at most `max_patches`.
 std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, const RayScene& scene,
-                                                          float patch_size_m,
-                                                          std::span<const Vec3> inside,
+                                                          float patch_size_m, ReachWalks& walks,
                                                           std::uint64_t seed, WorkerPool& workers) {
     double static_m2 = 0;
     double moving_m2 = 0;
@@ -346,20 +408,19 @@ std::unique_ptr<PatchGrid::State> PatchGrid::with_at_most(double max_patches, co
                                   std::sqrt(kCellsOfMoving * moving_m2 / max_patches));
     float size_m = std::max(patch_size_m, static_cast<float>(min_m));
     for (;; size_m *= kCoarser) {
-        auto state = std::make_unique<State>(scene, workers, seed, size_m, inside);
-        if (state->find_patches(max_patches)) return state;
+        auto state = std::make_unique<State>(scene, workers, seed, size_m, walks.inside());
+        if (state->find_patches(walks, max_patches)) return state;
     }
 }
 
 PatchGrid::PatchGrid(const RayScene& scene, float patch_size_m, std::span<const Vec3> inside,
                      std::uint64_t seed, WorkerPool& workers, double max_rows) {
+    ReachWalks walks(scene, inside, seed);
     for (;;) {
-        state_ = with_at_most(max_rows, scene, patch_size_m, inside, seed, workers);
-        state_->find_areas();
-        const double rows = static_cast<double>(state_->reached_rows()) + state_->rows_of_moving;
-        if (rows <= max_rows) break;
-        // Sides become fewer as well, but not as fast as areas.
-        const auto factor = static_cast<float>(std::sqrt(rows / max_rows));
+        state_ = with_at_most(max_rows, scene, patch_size_m, walks, seed, workers);
+        if (state_->find_areas(max_rows)) break;
+        // Areas divided by panels become fewer with the size rather than with its square.
+        const auto factor = static_cast<float>(kSpareRows * state_->rows() / max_rows);
         patch_size_m = std::max(kCoarser, factor) * state_->grid.size_m();
     }
 }
@@ -368,7 +429,8 @@ PatchGrid::Extent PatchGrid::extent(const RayScene& scene, float patch_size_m,
                                     std::span<const Vec3> inside, std::uint64_t seed,
                                     double max_patches) {
     WorkerPool caller(1);
-    const auto state = with_at_most(max_patches, scene, patch_size_m, inside, seed, caller);
+    ReachWalks walks(scene, inside, seed);
+    const auto state = with_at_most(max_patches, scene, patch_size_m, walks, seed, caller);
     return {state->reach.count(), state->grid.size_m()};
 }
 

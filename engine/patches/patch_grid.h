@@ -10,6 +10,7 @@
 #include "engine/base/worker_pool.h"
 #include "engine/patches/cell_grid.h"
 #include "engine/patches/patch_index.h"
+#include "engine/patches/reach_walks.h"
 #include "engine/rays/ray_scene.h"
 
 namespace aula {
@@ -101,7 +102,7 @@ class PatchGrid {
  private:
     struct State;
     static std::unique_ptr<State> with_at_most(double max_patches, const RayScene& scene,
-                                               float patch_size_m, std::span<const Vec3> inside,
+                                               float patch_size_m, ReachWalks& walks,
                                                std::uint64_t seed, WorkerPool& workers);
 
     std::unique_ptr<State> state_;

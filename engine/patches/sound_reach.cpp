@@ -5,14 +5,13 @@
 #include "engine/base/sampling.h"
 #include "engine/base/tolerances.h"
 #include "engine/rays/follow_rays.h"
-#include "engine/rays/room_survey.h"
 
 namespace aula {
 
 namespace {
 
 /// Beside the numbers of triangles, which select the samples of a SurfaceSampler of the same seed.
-enum class ReachSeed : std::uint64_t { samples = 1 << 29, walks = 1 << 30 };
+constexpr std::uint64_t kSampleSeed = 1 << 29;
 
 /// Attempts to reach the sound from a sample. A choice: one that sees marked patches in half of
 /// its directions fails with a probability of 6 %.
@@ -20,13 +19,6 @@ constexpr int kReachAttempts = 4;
 
 /// Samples of a job. A choice: some thousand rays.
 constexpr std::size_t kChunk = 1024;
-
-/// Walks of a round, their segments, and rounds at most. A choice: 131,072 rays of a round, and 1.6
-/// million of all. Half and twice of each change noise and energy by less than 1 %
-/// (`aula-bench noise --estimator patch --rays 1000 scenes/museum.json`).
-constexpr int kWalks = 4096;
-constexpr int kWalkBounces = 32;  // as many as of a survey of a room
-constexpr int kWalkRounds = 12;
 
 /// Another round follows one that marks a patch for each of as many that are marked.
 constexpr std::size_t kMarkedPerNew = 100;
@@ -49,31 +41,23 @@ void SoundReach::mark(std::uint32_t patch) {
     ++count_;
 }
 
-bool SoundReach::mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance) {
+bool SoundReach::mark(ReachWalks& walks, double max_patches, IrradianceMap& irradiance) {
+    const float leave_m = kLeave_patches * grid_.size_m();
     std::size_t hits = 0;
-    for (int round = 0; round < kWalkRounds; ++round) {
+    for (int round = 0; round < ReachWalks::kRounds; ++round) {
         const std::size_t before = count_;
-        const RandomWalks walks{.paths = kWalks,
-                                .bounces = kWalkBounces,
-                                .seed = derive_seed(seed_, ReachSeed::walks, round),
-                                .through_walls = true,
-                                .leave_m = kLeave_patches * grid_.size_m()};
-        trace_random_walks(scene_, inside, walks,
-                           [&](int reflections, const Ray& ray, const Hit& hit) {
-                               if (!hit.any() || scene_.moves(scene_.triangle(hit.triangle)))
-                                   return;
-                               const Vec3 point = scene_.point(hit, ray.direction);
-                               const Vec3 normal = scene_.facing_normal(hit, ray.direction);
-                               const std::uint32_t patch = index_.find(grid_.key_at(point, normal));
-                               if (patch == PatchIndex::kNone) return;
-                               // Direct sound is omitted, as are reflections in the corner of
-                               // which a walk begins: their distribution depends on the start.
-                               if (reflections > 0) {
-                                   irradiance.add_hit(patch, hit.triangle, point, normal);
-                                   ++hits;
-                               }
-                               mark(patch);
-                           });
+        for (const ReachWalks::End& end : walks.round(round)) {
+            const Vec3 normal = walks.normal(end);
+            const std::uint32_t patch = index_.find(grid_.key_at(end.point, normal));
+            if (patch == PatchIndex::kNone) continue;
+            // Direct sound is omitted, as are reflections in the corner of which a walk begins:
+            // their distribution depends on the start.
+            if (end.farthest_m >= leave_m) {
+                irradiance.add_hit(patch, end.triangle, end.point, normal);
+                ++hits;
+            }
+            mark(patch);
+        }
         if (static_cast<double>(count_) > max_patches) return false;
         if (count_ - before <= count_ / kMarkedPerNew && hits >= kHitsPerPatch * count_) break;
     }
@@ -87,7 +71,7 @@ std::vector<char> SoundReach::reaches(std::span<const SurfaceSample> samples,
         const std::size_t first = chunk * kChunk;
         const std::size_t count = std::min(kChunk, samples.size() - first);
         test(samples.subspan(first, count), std::span(reached).subspan(first, count),
-             derive_seed(seed_, ReachSeed::samples, chunk));
+             derive_seed(seed_, kSampleSeed, chunk));
     });
     return reached;
 }

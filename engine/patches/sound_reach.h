@@ -9,6 +9,7 @@
 #include "engine/patches/cell_grid.h"
 #include "engine/patches/irradiance_map.h"
 #include "engine/patches/patch_index.h"
+#include "engine/patches/reach_walks.h"
 #include "engine/patches/surface_sampler.h"
 #include "engine/rays/ray_scene.h"
 
@@ -22,11 +23,11 @@ class SoundReach {
                std::uint64_t seed)
         : scene_(scene), grid_(grid), index_(index), seed_(seed) {}
 
-    /// Marks the patches of the index that sound from `inside` reaches, until a round of walks adds
-    /// hardly any. Patches that an earlier call has marked remain so. Counts the walks' hits after
-    /// a first reflection away from their start in `irradiance`. False if more than `max_patches`
-    /// are marked.
-    bool mark(std::span<const Vec3> inside, double max_patches, IrradianceMap& irradiance);
+    /// Marks the patches of the index that walks reach, until a round of them adds hardly any.
+    /// Patches that an earlier call has marked remain so. Counts the walks' hits after a first
+    /// reflection away from their start in `irradiance`. False if more than `max_patches` are
+    /// marked.
+    bool mark(ReachWalks& walks, double max_patches, IrradianceMap& irradiance);
 
     /// Marks a patch.
     void mark(std::uint32_t patch);

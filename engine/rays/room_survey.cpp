@@ -48,7 +48,7 @@ struct Walk {
     Vec3 start{0};   ///< of the walk
     int pieces = 0;  ///< of all segments
     int reflections = 0;
-    int counted = 0;  ///< of them
+    float farthest_m = -1;  ///< of them from the start
     RandomStream random{};
 };
 
@@ -62,7 +62,7 @@ std::size_t side_of(const RayScene& scene, const Ray& ray, const Hit& hit) {
 
 void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                         const RandomWalks& walks,
-                        const std::function<void(int, const Ray&, const Hit&)>& visit) {
+                        const std::function<void(float, const Ray&, const Hit&)>& visit) {
     if (inside.empty()) return;
     std::vector<Walk> alive(static_cast<std::size_t>(walks.paths));
     const ScrambledSobol sobol(walks.seed);
@@ -83,12 +83,11 @@ void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
         } else {
             Hit hit = met.any() ? met : walk.passed;
             if (hit.any()) hit.distance_m = glm::distance(walk.begin, scene.point(hit, direction));
-            visit(walk.counted, {walk.begin, direction}, hit);
+            visit(walk.farthest_m, {walk.begin, direction}, hit);
             if (!hit.any() || ++walk.reflections == walks.bounces) return false;
             Vec3 normal = scene.facing_normal(hit, direction);
             const Vec3 point = scene.point(hit, direction);
-            if (walk.counted > 0 || glm::distance(point, walk.start) >= walks.leave_m)
-                ++walk.counted;
+            walk.farthest_m = std::max(walk.farthest_m, glm::distance(point, walk.start));
             exits.clear();
             if (walks.through_walls && scene.transmits(scene.surface(hit.triangle).material) &&
                 walk.random.uniform() < 0.5F) {
@@ -116,7 +115,7 @@ RoomSurvey survey_room(const RayScene& scene, std::span<const Vec3> inside, std:
     std::size_t escaped = 0;
     std::array<double, kBandCount> absorption{};
     const RandomWalks walks{.paths = kSurveyPaths, .bounces = kSurveyBounces, .seed = seed};
-    trace_random_walks(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
+    trace_random_walks(scene, inside, walks, [&](float, const Ray&, const Hit& hit) {
         if (!hit.any()) {
             ++escaped;
             return;
@@ -153,7 +152,7 @@ std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listene
                            scene.facing_normal(hit, ray.direction));
     };
     const auto mark_reached = [&] {
-        trace_random_walks(scene, listeners, walks, [&](int, const Ray& ray, const Hit& hit) {
+        trace_random_walks(scene, listeners, walks, [&](float, const Ray& ray, const Hit& hit) {
             if (!hit.any()) return;
             std::vector<Vec3>& points = reached[side_of(scene, ray, hit)];
             if (points.size() < kPointsPerSide) points.push_back(point_above(ray, hit));
@@ -169,7 +168,7 @@ std::vector<char> connected(const RayScene& scene, std::span<const Vec3> listene
         back.paths = paths;
         back.seed = derive_seed(walks.seed, 1);
         bool met = false;
-        trace_random_walks(scene, {&source, 1}, back, [&](int, const Ray& ray, const Hit& hit) {
+        trace_random_walks(scene, {&source, 1}, back, [&](float, const Ray& ray, const Hit& hit) {
             if (met || !hit.any()) return;
             if (reached.empty()) {
                 met = sees_any(point_above(ray, hit), listeners);
@@ -259,7 +258,7 @@ class ReachedPoints {
                                 .seed = seed,
                                 .through_moving = false};
         int hits = 0;
-        trace_random_walks(scene, inside, walks, [&](int, const Ray& ray, const Hit& hit) {
+        trace_random_walks(scene, inside, walks, [&](float, const Ray& ray, const Hit& hit) {
             is_tight_ = is_tight_ && hit.any();
             if (!hit.any() || hits++ % kHitsPerPoint != 0) return;
             points_.push_back(start_after(ray.origin, scene.point(hit, ray.direction),
@@ -428,7 +427,7 @@ double escape_per_reflection(const RayScene& scene, std::span<const Vec3> inside
     walks.seed = seed;
     double segments = 0;
     double escaped = 0;
-    trace_random_walks(scene, inside, walks, [&](int, const Ray&, const Hit& hit) {
+    trace_random_walks(scene, inside, walks, [&](float, const Ray&, const Hit& hit) {
         ++segments;
         escaped += hit.any() ? 0 : 1;
     });
@@ -444,7 +443,7 @@ std::vector<char> outside_room(const RayScene& scene, std::span<const Vec3> posi
         int count = 0;
         trace_random_walks(scene, {&position, 1},
                            {.paths = kPaths, .bounces = kSurveyBounces, .seed = seed},
-                           [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
+                           [&](float, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
         reflections.push_back(count);
     }
     std::vector<char> outside;

@@ -19,13 +19,12 @@ struct RandomWalks {
                                  ///< at their present positions
     bool through_walls = false;  ///< true: half of the reflections at walls that transmit become
                                  ///< passages
-    float leave_m = 0;           ///< reflections count from the first one on that is at least this
-                                 ///< far from the start
 };
 
 /// Traces random walks from the given points, with lossless Lambert reflections. Calls
-/// `visit(reflections, ray, hit)` at the end of each segment, with the number of reflections before
-/// it that count; the hit is empty if the segment escapes. A walk leaves a room only through an
+/// `visit(farthest_m, ray, hit)` at the end of each segment, with the largest distance of the
+/// reflections before it from the start, -1 before the first; the hit is empty if the segment
+/// escapes. A walk leaves a room only through an
 /// opening or, if asked to, a wall that transmits, never by rounding.
 ///
 /// Movable objects may change their position, so segments continue behind them. Where no surface is
@@ -33,7 +32,7 @@ struct RandomWalks {
 /// and lets the ray pass through the floor.
 void trace_random_walks(const RayScene& scene, std::span<const Vec3> inside,
                         const RandomWalks& walks,
-                        const std::function<void(int, const Ray&, const Hit&)>& visit);
+                        const std::function<void(float, const Ray&, const Hit&)>& visit);
 
 /// What movable objects do in connected(): they block sound at their present positions, or nothing.
 enum class MovableObjects { block, are_passed };

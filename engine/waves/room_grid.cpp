@@ -394,7 +394,7 @@ std::vector<Vec3> room_extent(const RayScene& scene, std::span<const Vec3> place
     walks.paths = kWalks;
     walks.bounces = kBounces;
     walks.through_moving = false;
-    trace_random_walks(scene, places, walks, [&](int, const Ray& ray, const Hit& hit) {
+    trace_random_walks(scene, places, walks, [&](float, const Ray& ray, const Hit& hit) {
         if (hit.any()) points.push_back(ray.origin + ray.direction * hit.distance_m);
     });
     return points;

@@ -13,7 +13,7 @@ std::vector<std::uint8_t> interior_sides(const RayScene& rays, std::span<const V
     constexpr std::uint8_t kBoth = 3;
     std::vector<std::uint8_t> sides(rays.triangle_count(), 0);
     trace_random_walks(rays, inside, {.paths = kPaths, .bounces = kBounces, .seed = 1},
-                       [&](int, const Ray& ray, const Hit& hit) {
+                       [&](float, const Ray& ray, const Hit& hit) {
                            if (!hit.any()) return;
                            const bool front =
                                glm::dot(rays.triangle(hit.triangle).normal, ray.direction) < 0;

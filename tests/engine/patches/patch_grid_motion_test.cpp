@@ -85,9 +85,9 @@ TEST_CASE("sound that has passed through a moving object is direct until a wall 
     int direct = 0;
     int later = 0;
     trace_random_walks(rays, {&kBesideBlock, 1}, {.paths = kPaths, .bounces = 8, .seed = 1},
-                       [&](int reflections, const Ray&, const Hit& hit) {
+                       [&](float farthest_m, const Ray&, const Hit& hit) {
                            CHECK(hit.any());
-                           ++(reflections == 0 ? direct : later);
+                           ++(farthest_m < 0 ? direct : later);
                        });
     // Exact: each path has one first wall, in many cases behind the block.
     CHECK(direct == kPaths);
@@ -112,7 +112,7 @@ TEST_CASE("a survey measures segments from wall to wall, through moving objects"
     int hits = 0;
     trace_random_walks(
         rays, {&kBesideBlock, 1}, {.paths = 500, .bounces = 32, .seed = 1},
-        [&](int, const Ray& ray, const Hit& hit) {
+        [&](float, const Ray& ray, const Hit& hit) {
             const Ray back{ray.origin + hit.distance_m * ray.direction, -ray.direction};
             Hit first;
             rays.intersect({&back, 1}, {&first, 1});
@@ -128,7 +128,7 @@ TEST_CASE("no ray is lost through the floor under a moving object") {
         int count = 0;
         trace_random_walks(RayScene(scene), {&kBesideBlock, 1},
                            {.paths = 2000, .bounces = 32, .seed = 1},
-                           [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
+                           [&](float, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
         return count;
     };
     Scene scene = room_with_sliding_block(Vec3(3, 3, 2), Vec3(3, 0.5F, 0), Vec3(5, 0.5F, 0), 1);

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -107,6 +108,33 @@ TEST_CASE("outdoors the patches that no walk hits have their area, also beside a
     // has four samples with a spread of at most 0.5 m2 / 2.
     CHECK(top_m2 == Approx(160 * 160 - 100).margin(3 * 0.25 * std::sqrt(40)));
     CHECK(s.grid.reached() < tops / 2);  // companion: most patches are not hit
+}
+
+TEST_CASE("outdoors panels divide the patches that walks hit, and no area is lost") {
+    // A field with a fence beside the source and one far away.
+    const Vec3 inside(0, 0, 1.5F);
+    const auto fence = [](float x_m) {
+        Object object;
+        object.vertices = {{x_m, -5, 0}, {x_m + 1, 5, 0}, {x_m + 1, 5, 2}, {x_m, -5, 2}};
+        object.triangles = {{0, 1, 2}, {0, 2, 3}};
+        object.triangle_materials = {0, 0};
+        return object;
+    };
+    Scene scene = room(test::box(Vec3(160, 160, 1), 0, Vec3(-80, -80, -1)), inside);
+    scene.objects.push_back(fence(3.3F));
+    scene.objects.push_back(fence(70.3F));
+    for (const double max_rows : {std::numeric_limits<double>::infinity(), 5000.0}) {
+        Surveyed s(scene, 1, inside, max_rows);
+        CHECK(static_cast<double>(s.grid.reached_rows()) <= max_rows);
+        // Each of the ten cells along the fence at least has patches with two sides.
+        CHECK(s.grid.reached_rows() > s.grid.reached() + 5);
+        double top_m2 = 0;
+        for (std::uint32_t patch = 0; patch < s.grid.size(); ++patch) {
+            const PatchCell cell = s.grid.cell(patch);
+            if (cell.direction.z > 0 && cell.low.z < 0.1F) top_m2 += double{s.grid.area_m2(patch)};
+        }
+        CHECK(top_m2 == Approx(160 * 160).epsilon(1e-3));
+    }
 }
 
 TEST_CASE("the number of patches depends on area, not on triangles") {

@@ -41,7 +41,8 @@ struct Reached {
         }
         samples = sampler.sample(triangles, 16, [](std::uint32_t) { return 1.0F; });
         IrradianceMap irradiance(rays, grid.size_m());
-        marked = reach.mark({&kInside, 1}, max_patches, irradiance);
+        ReachWalks walks(rays, {&kInside, 1}, 1);
+        marked = reach.mark(walks, max_patches, irradiance);
     }
 
     /// The area of the samples that sound reaches.
@@ -92,6 +93,32 @@ TEST_CASE("of coincident faces sound reaches one") {
 TEST_CASE("marking ends where sound reaches more patches than are allowed") {
     CHECK(Reached(room(), 376).marked);
     CHECK_FALSE(Reached(room(), 375).marked);
+}
+
+TEST_CASE("grids of several sizes share walks, and mark as with walks of their own") {
+    const RayScene rays(room());
+    ReachWalks shared(rays, {&kInside, 1}, 1);
+    const auto marked = [&](float size_m, ReachWalks& walks) {
+        const CellGrid grid(rays, size_m);
+        PatchIndex index;
+        SurfaceSampler sampler(rays, grid, index, 1);
+        for (std::uint32_t t = 0; t < rays.triangle_count(); ++t)
+            sampler.for_each_patch(t, [](std::uint32_t, const Vec3&, float) {});
+        SoundReach reach(rays, grid, index, 1);
+        IrradianceMap irradiance(rays, size_m);
+        reach.mark(walks, std::numeric_limits<double>::infinity(), irradiance);
+        return reach.count();
+    };
+    std::size_t traced = 0;
+    for (const float size_m : {1.0F, 0.5F, 0.25F}) {
+        ReachWalks own(rays, {&kInside, 1}, 1);
+        CHECK(marked(size_m, shared) == marked(size_m, own));
+        traced += own.traced();
+        // Exact: the finest grid so far needs the most rounds.
+        CHECK(shared.traced() == own.traced());
+    }
+    // Companion: alone they trace more.
+    CHECK(traced > shared.traced());
 }
 
 }  // namespace sound_reach_test

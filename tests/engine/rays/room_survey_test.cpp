@@ -31,7 +31,7 @@ Object quad(const std::array<Vec3, 4>& corners) {
 std::size_t escaped(const Scene& scene, const Vec3& from, int paths) {
     std::size_t count = 0;
     trace_random_walks(RayScene(scene), {&from, 1}, {.paths = paths, .bounces = 32, .seed = 3},
-                       [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
+                       [&](float, const Ray&, const Hit& hit) { count += hit.any() ? 0 : 1; });
     return count;
 }
 
@@ -106,7 +106,7 @@ TEST_CASE("a walk that passes more than three moving objects per segment ends") 
         int count = 0;
         trace_random_walks(RayScene(scene_of(boxes)), {&middle, 1},
                            {.paths = 64, .bounces = 1, .seed = 3},
-                           [&](int, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
+                           [&](float, const Ray&, const Hit& hit) { count += hit.any() ? 1 : 0; });
         return count;
     };
     CHECK(ends(3) == 64);
