@@ -29,14 +29,19 @@ namespace {
 
 constexpr double kLeaf_m = 0.9;
 constexpr double kThickness_m = 0.03;
-constexpr std::array kListeners{Vec3(1.2F, 1.2F, 0), Vec3(-0.9F, 1.3F, 0), Vec3(-1.5F, 0.6F, 0),
-                                Vec3(0.2F, 1.5F, 0), Vec3(1.8F, 0.6F, 0)};
+using Places = std::array<Vec3, 5>;
+constexpr Places kAround{Vec3(1.2F, 1.2F, 0), Vec3(-0.9F, 1.3F, 0), Vec3(-1.5F, 0.6F, 0),
+                         Vec3(0.2F, 1.5F, 0), Vec3(1.8F, 0.6F, 0)};
+// The straight paths graze the jamb and the leaf.
+constexpr Places kGrazing{Vec3(-0.5F, 2.5F, 0), Vec3(-0.7F, 2, 0), Vec3(-0.3F, 2.5F, 0),
+                          Vec3(-1, 1.5F, 0), Vec3(0.1F, 2, 0)};
 constexpr std::size_t kFirstBand = 1;  // 125 Hz
 
 struct LeafCase {
     double angle_deg;
     Vec3 source;
-    std::array<std::array<double, 6>, kListeners.size()> octave_db;  ///< 125 Hz to 4 kHz
+    Places listeners;
+    std::array<std::vector<double>, 5> octave_db;  ///< [listener][octave], from 125 Hz
 };
 
 // Boundary elements in 2.5 dimensions: the flow through the slit |x| < 0.45 m of an infinite thin
@@ -47,13 +52,15 @@ struct LeafCase {
 const std::vector<LeafCase> kCases{
     {12,
      {0.2F, -1.4F, 0},
+     kAround,
      {{{-9.3, -9.7, -13.2, -11.3, -11.8, -9.8},
        {-14.4, -17.1, -21.4, -22.8, -25.4, -27.3},
        {-16.1, -18.9, -24.3, -27.1, -28.6, -31.4},
        {-11.3, -12.9, -17.4, -17.0, -18.3, -18.0},
        {-9.3, -8.8, -10.5, -14.2, -12.7, -17.4}}}},
     {12,
-     {-0.9F, -1.0F, 0},
+     {-0.9F, -1, 0},
+     kAround,
      {{{-8.8, -7.4, -7.7, -9.9, -7.4, -8.5},
        {-17.2, -18.1, -21.0, -23.6, -27.3, -32.1},
        {-20.4, -21.6, -25.7, -29.4, -31.7, -37.2},
@@ -61,6 +68,7 @@ const std::vector<LeafCase> kCases{
        {-7.8, -5.4, -3.1, -7.1, -4.8, -5.6}}}},
     {12,
      {-0.2F, 1.3F, 0},
+     kAround,
      {{{-2.0, 0.8, 0.2, 0.3, 0.3, 0.3},
        {-0.1, 0.6, 0.5, 0.3, 0.1, 0.8},
        {0.5, -0.3, 1.4, 1.8, 1.2, 1.5},
@@ -68,13 +76,15 @@ const std::vector<LeafCase> kCases{
        {2.1, -4.1, 3.5, 1.2, 2.2, 1.8}}}},
     {45,
      {0.2F, -1.4F, 0},
+     kAround,
      {{{-3.6, -6.2, -9.4, -9.7, -12.5, -14.7},
        {-13.7, -13.3, -16.2, -17.7, -20.3, -25.2},
        {-14.8, -18.2, -23.1, -22.0, -24.8, -30.4},
        {-6.9, -6.8, -7.4, -5.5, -3.5, -3.5},
        {-3.7, -8.0, -6.2, -9.0, -8.3, -8.8}}}},
     {45,
-     {-0.9F, -1.0F, 0},
+     {-0.9F, -1, 0},
+     kAround,
      {{{-2.5, -2.3, 0.3, 1.9, -0.7, 2.6},
        {-16.6, -17.1, -20.2, -22.8, -25.1, -27.6},
        {-19.3, -23.2, -28.7, -28.1, -30.3, -33.5},
@@ -82,17 +92,64 @@ const std::vector<LeafCase> kCases{
        {-1.0, -0.8, -6.5, -4.2, -8.1, -9.0}}}},
     {45,
      {-0.2F, 1.3F, 0},
+     kAround,
      {{{-0.9, 0.6, 0.1, 0.2, 0.2, 0.2},
        {-0.8, 0.6, 0.0, 0.4, 0.2, 0.2},
        {2.7, 1.0, 4.0, 4.8, 3.5, 1.8},
        {0.1, 0.0, 0.1, -0.0, 0.0, 0.0},
        {1.2, -4.0, 3.5, 0.6, 2.7, 1.9}}}},
+    {90,
+     {0.2F, -1.4F, 0},
+     kAround,
+     {{{-3.8, -9.5, -7.2, -10.2, -12.4, -15.2},
+       {-8.7, -7.9, -8.0, -10.4, -12.2, -14.1},
+       {-16.0, -19.3, -16.8, -20.4, -23.0, -27.5},
+       {-1.2, 0.3, -2.7, 1.8, 1.2, 0.9},
+       {-7.6, -9.9, -12.7, -15.4, -17.9, -21.1}}}},
+    {90,
+     {-0.9F, -1, 0},
+     kAround,
+     {{{-1.5, -2.3, -2.0, -0.2, 0.7, -0.3},
+       {-12.6, -14.7, -18.1, -22.8, -27.7, -31.7},
+       {-21.0, -28.5, -27.6, -33.5, -39.9, -45.5},
+       {-2.6, -1.9, -2.4, -3.4, -5.0, -5.3},
+       {-2.5, -5.8, -7.0, -8.0, -10.0, -12.1}}}},
+    {90,
+     {-0.2F, 1.3F, 0},
+     kAround,
+     {{{-1.4, 0.3, 0.2, 0.4, 0.4, 0.5},
+       {0.2, 0.3, 0.1, 0.1, -0.1, 0.1},
+       {-2.4, -1.5, 0.1, 1.4, 0.7, 0.5},
+       {0.0, -0.1, -0.0, -0.0, 0.0, 0.0},
+       {3.7, -4.6, 4.1, 1.8, 2.7, 2.1}}}},
+    {97,
+     {-0.42F, -1.4F, 0},
+     kGrazing,
+     {{{-4.8, -3.8, -4.6, -4.3, -4.1},
+       {-5.7, -5.4, -7.3, -7.4, -8.2},
+       {-4.1, -2.7, -2.5, -2.2, -1.4},
+       {-8.9, -9.6, -12.5, -14.3, -17.9},
+       {-2.2, -0.4, 1.1, 0.1, -0.2}}}},
+    {97,
+     {-0.7F, -1.2F, 0},
+     kGrazing,
+     {{{-5.6, -5.8, -7.8, -8.1, -9.4},
+       {-6.7, -7.6, -9.7, -11.1, -13.0},
+       {-4.8, -4.6, -6.0, -5.9, -6.5},
+       {-10.1, -11.7, -14.6, -17.9, -22.3},
+       {-2.8, -1.7, -1.7, -2.1, -3.5}}}},
 };
 
 struct Bound {
     double rms_db;
     double most_db;
 };
+
+Bound bound_of(double angle_deg) {
+    // Nearly shut, leaf and wall reflect more than once to each other.
+    if (angle_deg < 45) return {2.8, 6};
+    return angle_deg > 90 ? Bound{0.6, 1.6} : Bound{1.8, 5.5};
+}
 
 /// The wall and the leaf, both endless along z.
 Scene door(double angle_deg) {
@@ -145,15 +202,13 @@ double heard_db(const std::vector<SoundPath>& paths, std::size_t band, double di
 
 TEST_CASE("beside a door leaf levels are those of boundary elements") {
     for (const LeafCase& c : kCases) {
-        // Nearly shut, leaf and wall reflect more than once to each other.
-        const bool is_ajar = c.angle_deg < 45;
-        const Bound bound = is_ajar ? Bound{2.8, 6} : Bound{1.8, 5.5};
+        const Bound bound = bound_of(c.angle_deg);
         SoundGroup place(door(c.angle_deg));
         double square_sum = 0;
         std::size_t count = 0;
-        for (std::size_t l = 0; l < kListeners.size(); ++l) {
-            const auto paths = place.paths(c.source, kListeners[l], true);
-            const double distance_m = double{glm::distance(c.source, kListeners[l])};
+        for (std::size_t l = 0; l < c.listeners.size(); ++l) {
+            const auto paths = place.paths(c.source, c.listeners[l], true);
+            const double distance_m = double{glm::distance(c.source, c.listeners[l])};
             for (std::size_t i = 0; i < c.octave_db[l].size(); ++i) {
                 const double level_db = heard_db(paths, kFirstBand + i, distance_m);
                 const double error_db = level_db - c.octave_db[l][i];
