@@ -16,8 +16,8 @@ namespace {
 
 bool is_same_tap(const SoundPath& a, const SoundPath& b) {
     return a.length_m == b.length_m && a.direction == b.direction && a.energy == b.energy &&
-           a.key == b.key && a.edges == b.edges && a.departure == b.departure &&
-           a.apexes == b.apexes;
+           a.key == b.key && a.is_main == b.is_main && a.edges == b.edges &&
+           a.departure == b.departure && a.apexes == b.apexes;
 }
 
 }  // namespace

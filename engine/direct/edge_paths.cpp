@@ -332,15 +332,14 @@ Bands EdgePaths::limit(std::span<EdgePath> paths, double straight_m,
 /// where p is the primary path and g_i is sinc((L_i - L_p) B / c) up to its first zero, then 0.
 /// Paths of equal length thus become one tap with the phases between them; the sum of all taps does
 /// not depend on p.
-std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths,
-                                       std::optional<EdgePath>& last_primary) const {
+std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths, PrimaryTap& last) const {
     if (paths.empty()) return {};
     const EdgePath* primary = &paths.front();
     if (!primary->edges.empty()) {
         double largest = 0;
         for (const EdgePath& path : paths) largest = std::max(largest, energy_sum(path.field));
         const auto is_strong = [&](const EdgePath& path) {
-            const bool was_primary = last_primary && id_of(path) == id_of(*last_primary);
+            const bool was_primary = last.path && id_of(path) == id_of(*last.path);
             return energy_sum(path.field) >= largest * (was_primary ? kStillStrong : kStrong);
         };
         for (const EdgePath& path : paths) {
@@ -349,10 +348,12 @@ std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths,
             }
         }
     }
-    const bool jumps = last_primary && id_of(*primary) != id_of(*last_primary) &&
-                       (std::abs(primary->length_m - last_primary->length_m) > kJump_m ||
-                        glm::distance(primary->direction, last_primary->direction) > kJump_rad);
-    last_primary = *primary;
+    const bool jumps = last.path && id_of(*primary) != id_of(*last.path) &&
+                       (std::abs(primary->length_m - last.path->length_m) > kJump_m ||
+                        glm::distance(primary->direction, last.path->direction) > kJump_rad);
+    // Neither the key of a separate tap of this path nor that of an earlier jump to it.
+    if (jumps) last.key = derive_seed(id_of(*primary), last.key);
+    last.path = *primary;
     ComplexBands coherent = primary->field;
     const auto tap_of = [](const EdgePath& path, std::uint64_t key, const ComplexBands& field) {
         return SoundPath{
@@ -379,7 +380,8 @@ std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths,
         }
         others.push_back(tap);
     }
-    SoundPath first = tap_of(*primary, jumps ? id_of(*primary) : SoundPath::kMain, coherent);
+    SoundPath first = tap_of(*primary, last.key, coherent);
+    first.is_main = true;
 
     std::vector<double> levels_db;
     for (const SoundPath& tap : others) levels_db.push_back(level_db(tap.energy, first.energy));

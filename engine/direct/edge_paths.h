@@ -38,11 +38,17 @@ struct EdgePath {
     void scale(double factor);
 };
 
+/// The primary tap of the last frame.
+struct PrimaryTap {
+    std::optional<EdgePath> path;
+    std::uint64_t key = 0;
+};
+
 /// What is remembered of the taps of coherent paths between frames.
 struct TapMemory {
-    LevelFollower levels;             ///< of all taps
-    std::vector<SoundPath> taps;      ///< in the last frame
-    std::optional<EdgePath> primary;  ///< path of the primary tap
+    LevelFollower levels;         ///< of all taps
+    std::vector<SoundPath> taps;  ///< in the last frame
+    PrimaryTap primary;
 };
 
 /// What is remembered of the reflections of a source and a listener between frames.
@@ -101,15 +107,13 @@ class EdgePaths {
     Bands limit(std::span<EdgePath> paths, double straight_m, const Bands& attenuation_per_m) const;
 
     /// Paths, the straight one first, as taps of the direct sound, whose energies add up: the
-    /// primary tap first, whose key is kMain. It is the straight path or, in the shadow, the strong
-    /// path of the smallest length. The fields of other paths are added to its field as far as they
-    /// cohere with it within the bandwidth of an octave; the rest of their energy has separate
-    /// taps, at most kMaxTaps - 1, with keys of their edges. `last_primary`, the path of the
-    /// primary tap in the last frame, keeps it from changing to and fro. Where it changes to a
-    /// distant path, the primary tap has the key of its edges for one frame: the sound fades from
-    /// one path to the other. Empty without a path.
-    std::vector<SoundPath> taps(std::span<const EdgePath> paths,
-                                std::optional<EdgePath>& last_primary) const;
+    /// primary tap first, the main path of the direct sound. It is the straight path or, in the
+    /// shadow, the strong path of the smallest length. The fields of other paths are added to its
+    /// field as far as they cohere with it within the bandwidth of an octave; the rest of their
+    /// energy has separate taps, at most kMaxTaps - 1, with keys of their edges. The primary tap of
+    /// the last frame keeps it from changing to and fro. Where it changes to a distant path it gets
+    /// a new key: the sound fades from one path to the other. Empty without a path.
+    std::vector<SoundPath> taps(std::span<const EdgePath> paths, PrimaryTap& primary) const;
 
     /// Of a pair. A choice: each is a filter and a direction of the renderer for a source.
     static constexpr std::size_t kMaxTaps = 8;

@@ -50,7 +50,11 @@ std::vector<SoundPath> followed_taps(const EdgePaths& edge_paths, std::span<cons
     const Bands before = memory.levels.energy();
     const Bands& energy = memory.levels.follow(source, listener, model, has_moved);
     const bool is_straight = paths.size() == 1 && paths[0].edges.empty() && paths[0].is_plain;
-    if (memory.levels.is_exact() && !through_walls && (paths.empty() || is_straight)) return {};
+    if (memory.levels.is_exact() && !through_walls && (paths.empty() || is_straight)) {
+        memory.primary = {};
+        if (is_straight) memory.primary.path = paths[0];
+        return {};
+    }
     std::vector<SoundPath> taps;
     if (!paths.empty()) {
         taps = edge_paths.taps(paths, memory.primary);

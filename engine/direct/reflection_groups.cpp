@@ -156,7 +156,8 @@ void ReflectionGroups::complete(std::vector<SoundPath>& paths, const Vec3& sourc
         for (SoundPath tap : heard.taps) {
             tap.order = std::max(1, tap.order);
             if (tap.kind == SoundPath::Kind::direct) tap.kind = SoundPath::Kind::image;
-            tap.key = tap.key == SoundPath::kMain ? id : derive_seed(id, tap.key);
+            tap.key = tap.key == 0 ? id : derive_seed(id, tap.key);
+            tap.is_main = false;
             paths.push_back(std::move(tap));
         }
     }

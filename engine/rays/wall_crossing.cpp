@@ -16,7 +16,7 @@ namespace aula {
 
 namespace {
 
-/// Of the path: those of others are hashes, or kMain.
+/// Of the path: those of others are hashes, or 0.
 constexpr std::uint64_t kKey = 1;
 
 /// The middle of the spindle has the radius of the first Fresnel zone at this wavelength, 1 kHz.

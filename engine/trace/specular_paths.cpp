@@ -326,7 +326,7 @@ SpecularSound SpecularPaths::find(const Vec3& source, const Vec3& listener, bool
                                .length_m = static_cast<float>(length_m),
                                .direction = near_direction(offset),
                                .energy = spread_over(length_m, attenuation_per_m),
-                               .key = SoundPath::kMain,
+                               .is_main = true,
                                .departure = -near_direction(offset)});
     }
     std::vector<SpecularSound> found(workers ? static_cast<std::size_t>(workers->threads()) : 1);

@@ -46,7 +46,7 @@ SourceSound source_sound(const ImpulseResponse& response, double speed_of_sound_
         const double delay_s = trajectory != nullptr ? trajectory->delay_s(path, speed_of_sound_m_s)
                                                      : double{path.length_m} / speed_of_sound_m_s;
         const DiscretePath discrete = discrete_path(path, delay_s, gain);
-        if (path.key == SoundPath::kMain)
+        if (path.is_main)
             sound.direct = discrete;
         else
             sound.early.push_back(discrete);

@@ -128,7 +128,7 @@ bool asks_for_all_paths(const Simulation& s) {
     return s.estimator == Estimator::patch && s.order == 0 && s.specular && s.direct;
 }
 
-/// Different for all images, and SoundPath::kMain for the direct sound.
+/// Different for all images, and 0 for the direct sound.
 std::uint64_t key_of(const std::array<int, 3>& index) {
     std::uint64_t key = 0;
     for (const int i : index)  // kMostImages bounds them
@@ -310,6 +310,7 @@ SoundPath BoxImages::path_of(const Image<Value>& image) const {
     path.departure = image.departure();
     path.energy = bands_of(image.value);
     path.key = key_of(image.index);
+    path.is_main = image.order == 0;
     return path;
 }
 

@@ -26,7 +26,7 @@ std::vector<DirectLine> direct_lines(const EnergyResponse& response, const Vec3&
         DirectLine line{.points = {source}};
         line.points.insert(line.points.end(), path.apexes.begin(), path.apexes.end());
         line.points.push_back(listener);
-        line.is_primary = path.key == SoundPath::kMain;
+        line.is_primary = path.is_main;
         line.through_walls = path.kind == SoundPath::Kind::through_walls;
         const float level_db = 10 * std::log10(path.energy.sum() / loudest);
         line.opacity = std::max(kFaintest, 1 + (1 - kFaintest) * level_db / kRange_db);
@@ -41,7 +41,7 @@ std::string direct_sound_text(const EnergyResponse& response) {
     for (const SoundPath& path : response.paths) {
         if (path.order > 0) continue;
         if (path.kind == SoundPath::Kind::through_walls) text = "through walls";
-        if (path.key != SoundPath::kMain) continue;
+        if (!path.is_main) continue;
         if (path.kind == SoundPath::Kind::direct) return "in sight";
         return path.edges == 1 ? "around an edge"
                                : "around " + std::to_string(path.edges) + " edges";

@@ -57,9 +57,8 @@ TEST_CASE("all estimators have the diffracted direct sound in the first frame, w
                     CAPTURE(estimator_name(estimator), specular, ray_count);
                     REQUIRE(direct.size() == expected.size());
                     CHECK(std::equal(direct.begin(), direct.end(), expected.begin(), same));
-                    CHECK(std::count_if(direct.begin(), direct.end(), [](const SoundPath& p) {
-                              return p.key == SoundPath::kMain;
-                          }) == 1);
+                    CHECK(std::count_if(direct.begin(), direct.end(),
+                                        [](const SoundPath& p) { return p.is_main; }) == 1);
                 }
             }
         }

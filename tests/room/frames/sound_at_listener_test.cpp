@@ -31,6 +31,7 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
     ImpulseResponse response;
     response.channels.assign(4, std::vector<float>(8));
     SoundPath direct;
+    direct.is_main = true;
     direct.length_m = 5;
     direct.direction = {0, 1, 0};
     direct.energy = Bands::filled(1 / (4 * kPi * 25));
@@ -38,6 +39,7 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
     wall.kind = SoundPath::Kind::image;
     wall.order = 1;
     wall.key = 7;
+    wall.is_main = false;
     wall.length_m = 10;
     response.paths = {direct, wall};
     const SourceSound sound = source_sound(response, 343.2, 20);
@@ -53,8 +55,7 @@ TEST_CASE("A path of fluence 1/(4 pi d^2) has the pressure 1/d, and order 0 is t
 }
 
 TEST_CASE(
-    "All paths of order 0 have the gain of the direct sound, the one with the key kMain is the "
-    "main one") {
+    "All paths of order 0 have the gain of the direct sound, whose main path is rendered as such") {
     ImpulseResponse response;
     response.channels.assign(4, std::vector<float>(8));
     SoundPath bent;
@@ -64,9 +65,11 @@ TEST_CASE(
     bent.length_m = 4.5F;  // weak paths may be shorter than the main one
     bent.energy = Bands::filled(1 / (4 * kPi));
     SoundPath main = bent;
-    main.key = SoundPath::kMain;
+    main.key = 9;
+    main.is_main = true;
     main.length_m = 5;
     SoundPath wall = main;
+    wall.is_main = false;
     wall.kind = SoundPath::Kind::image;
     wall.order = 1;
     wall.key = 8;

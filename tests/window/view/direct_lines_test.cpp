@@ -9,10 +9,13 @@ namespace {
 
 using Kind = SoundPath::Kind;
 
+constexpr std::uint64_t kMain = 0;
+
 SoundPath path_of(Kind kind, std::uint64_t key, std::vector<Vec3> apexes, float energy) {
     SoundPath path;
     path.kind = kind;
     path.key = key;
+    path.is_main = key == kMain;
     path.edges = static_cast<int>(apexes.size());
     path.apexes = std::move(apexes);
     path.energy = Bands::filled(energy);
@@ -23,7 +26,7 @@ SoundPath path_of(Kind kind, std::uint64_t key, std::vector<Vec3> apexes, float 
 
 TEST_CASE("Direct lines lead over the apexes, and their opacity follows the level") {
     EnergyResponse response;
-    response.paths = {path_of(Kind::bent, SoundPath::kMain, {{1, 1, 0}, {2, 1, 0}}, 1),
+    response.paths = {path_of(Kind::bent, kMain, {{1, 1, 0}, {2, 1, 0}}, 1),
                       path_of(Kind::bent, 7, {{1, 0, 1}}, 0.01F),
                       path_of(Kind::through_walls, 1, {}, 1e-9F),
                       path_of(Kind::bent, 8, {{1, 0, -1}}, 0)};
@@ -52,11 +55,11 @@ TEST_CASE("The direct sound is described by its primary path, or by the one thro
     CHECK(direct_sound_text(response) == "not in sight");
     response.paths = {path_of(Kind::through_walls, 1, {}, 1)};
     CHECK(direct_sound_text(response) == "through walls");
-    response.paths.push_back(path_of(Kind::bent, SoundPath::kMain, {{1, 0, 0}, {2, 0, 0}}, 1));
+    response.paths.push_back(path_of(Kind::bent, kMain, {{1, 0, 0}, {2, 0, 0}}, 1));
     CHECK(direct_sound_text(response) == "around 2 edges");
-    response.paths[1] = path_of(Kind::bent, SoundPath::kMain, {{1, 0, 0}}, 1);
+    response.paths[1] = path_of(Kind::bent, kMain, {{1, 0, 0}}, 1);
     CHECK(direct_sound_text(response) == "around an edge");
-    response.paths[1] = path_of(Kind::direct, SoundPath::kMain, {}, 1);
+    response.paths[1] = path_of(Kind::direct, kMain, {}, 1);
     CHECK(direct_sound_text(response) == "in sight");
     response.paths[1].order = 1;
     CHECK(direct_sound_text(response) == "through walls");

@@ -25,10 +25,6 @@ struct SoundPath {
         through_walls  ///< the straight path through walls that transmit
     };
 
-    /// `key` of the main path of the direct sound, straight or bent. It jumps from one path to a
-    /// distant one by a frame without this key.
-    static constexpr std::uint64_t kMain = 0;
-
     Kind kind = Kind::direct;  ///< how the sound comes to the listener
     int order = 0;             ///< number of reflections; 0: direct sound
     float length_m = 0;        ///< length of the path from the source to the listener
@@ -37,8 +33,9 @@ struct SoundPath {
     Vec3 direction{0};
     Bands energy;  ///< fluence in 1/m2 per unit emitted energy, with losses of air and walls
     /// Paths of successive frames that have the same key are heard as one that moves; one with a
-    /// new key fades in.
-    std::uint64_t key = kMain;
+    /// new key fades in. The main path has a new key where it jumps to a distant path.
+    std::uint64_t key = 0;
+    bool is_main = false;  ///< the main path of the direct sound, straight or bent
     int edges = 0;      ///< number of edges that the path bends around; 0: none
     Vec3 departure{0};  ///< in which the sound leaves the source, as `direction`
     /// Where it bends, from the source to the listener, world axes, m.
