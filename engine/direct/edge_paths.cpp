@@ -143,9 +143,9 @@ EdgeField EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) c
     EdgeField field = edge.is_curved
                           ? EdgeField{.direct = curved_field(integral_, scene_, edge, turn_rad,
                                                              c.source, c.listener)}
-                          : divided_edge_field(integral_, scene_, edge, c.source, c.listener,
-                                               {.share = c.opening});
-    const double near = limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit));
+                          : divided_edge_field(integral_, scene_, edge, c.source, c.listener, {});
+    const double near =
+        c.opening * limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit));
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double share = near * air_loss(c.length_m, attenuation_per_m, b);
         field.direct[b] *= share;
@@ -224,9 +224,18 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
                           .direction = near_direction(from - to),
                           .departure = near_direction(to - from)};
         const double spread_m = std::max(straight.length_m, kNearest_m);
+        double opening = 1;
+        for (const Candidate& c : candidates) {
+            if (c.opening == 1 || !c.is_lit) continue;
+            const double before_m = glm::distance(from, edges_[c.edge].point(c.along_m));
+            const double off_m =
+                std::sqrt(2 * c.detour_m * before_m * (c.length_m - before_m) / c.length_m);
+            opening = std::min(
+                opening, 1 - (1 - c.opening) * smooth_step(2 - 2 * off_m / EdgePassage::kNarrow_m));
+        }
         for (std::size_t b = 0; b < kBandCount; ++b) {
             straight.field[b] =
-                std::polar(air_loss(straight.length_m, attenuation_per_m, b) / spread_m,
+                std::polar(opening * air_loss(straight.length_m, attenuation_per_m, b) / spread_m,
                            -integral_.wave_number_per_m(b) * straight.length_m);
         }
         paths.push_back(straight);

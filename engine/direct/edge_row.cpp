@@ -320,13 +320,18 @@ std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const st
     return placed;
 }
 
-/// Joins members to obstacles. An edge near the limits of a row is effectively lower.
+/// Joins members to obstacles: edges of one face, and edges that are not independent, as those of a
+/// jamb and of the leaf that is hung in it. An edge near the limits of a row is effectively lower.
 void EdgeRow::find_obstacles(const SceneEdges& edges) {
     for (std::size_t i = 0; i < members_.size(); ++i) {
         const Member& member = members_[i];
-        const bool joins = i > 0 && share_face(edges[members_[i - 1].edge], members_[i - 1].apex,
-                                               edges[member.edge], member.apex);
-        if (!joins) {
+        const auto joins = [&](const Member& other) {
+            return glm::distance(other.apex, member.apex) < DiffractionEdge::kNarrow_m ||
+                   share_face(edges[other.edge], other.apex, edges[member.edge], member.apex);
+        };
+        const auto first = members_.begin() + static_cast<std::ptrdiff_t>(
+                                                  obstacles_.empty() ? i : obstacles_.back().first);
+        if (std::none_of(first, members_.begin() + static_cast<std::ptrdiff_t>(i), joins)) {
             obstacles_.push_back({.first = i, .last = i, .knife = {}});
             obstacles_.back().knife.clearance_m = std::numeric_limits<double>::infinity();
         }

@@ -276,9 +276,10 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
         if (is_before) path.apexes.emplace_back(reflection_points[0]);
         path.apexes.emplace_back(apex);
         if (is_after) path.apexes.emplace_back(reflection_points[1]);
-        path.field = edge_field(integral_, scene_, edge, c.source, c.listener, {.share = opening});
+        path.field = edge_field(integral_, scene_, edge, c.source, c.listener, {});
 
-        const double weight = limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit)) *
+        const double weight = opening *
+                              limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit)) *
                               limits::above_threshold(c.level_db - threshold_db);
         const Bands factor = directivity.factor(path.departure);
         for (std::size_t b = 0; b < kBandCount; ++b) {
