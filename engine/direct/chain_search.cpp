@@ -202,7 +202,8 @@ ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& li
         const glm::dvec3 middle = edge.point(edge.length_m / 2);
         const double length_m =
             glm::distance(from, middle) + glm::distance(middle, to) - edge.length_m;
-        if (length_m < longest_m) lengths.emplace_back(length_m, e);
+        if (length_m < longest_m && !edges_.is_covered(e, middle))
+            lengths.emplace_back(length_m, e);
     }
     if (lengths.size() > NearEdges::kMax) {
         std::nth_element(lengths.begin(), lengths.begin() + NearEdges::kMax, lengths.end());

@@ -276,7 +276,7 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
         if (is_before) path.apexes.emplace_back(reflection_points[0]);
         path.apexes.emplace_back(apex);
         if (is_after) path.apexes.emplace_back(reflection_points[1]);
-        path.field = edge_field(integral_, scene_, edge, c.source, c.listener, {});
+        path.field = edge_field(integral_, scene_, edge, c.source, c.listener);
 
         const double weight = opening *
                               limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit)) *

@@ -94,13 +94,13 @@ void SceneEdges::find_small() {
     has_small_ = std::find(is_small_.begin(), is_small_.end(), 1) != is_small_.end();
 }
 
-bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
-    if (scene_.visible(from, to)) return true;
-    if (!has_small_) return false;
+/// Whether no triangle lies between two points but those that `passes` names.
+template <typename Passes>
+bool SceneEdges::visible_past(const Vec3& from, const Vec3& to, const Passes& passes) const {
     const float distance_m = glm::distance(from, to);
     const Vec3 direction = (to - from) / distance_m;
     float passed_m = tolerances::kOffset_m;
-    constexpr int kMaxFaces = 32;  // of small objects; a ray through more is blocked
+    constexpr int kMaxFaces = 32;  // a ray through more is blocked
     for (int face = 0; face < kMaxFaces; ++face) {
         const float rest_m = distance_m - passed_m - tolerances::kOffset_m;
         if (rest_m <= 0) return true;
@@ -108,10 +108,15 @@ bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
         Hit hit;
         scene_.intersect_each({&ray, 1}, {&hit, 1});
         if (!hit.any()) return true;
-        if (!is_small(hit.triangle)) return false;
+        if (!passes(hit.triangle)) return false;
         passed_m += hit.distance_m + RayScene::offset_after(passed_m + hit.distance_m);
     }
     return false;
+}
+
+bool SceneEdges::visible(const Vec3& from, const Vec3& to) const {
+    if (scene_.visible(from, to)) return true;
+    return has_small_ && visible_past(from, to, [&](std::uint32_t t) { return is_small(t); });
 }
 
 bool SceneEdges::visible_along_face(const Vec3& from, const Vec3& to, const Vec3& normal) const {
@@ -122,6 +127,17 @@ bool SceneEdges::visible_along_face(const Vec3& from, const Vec3& to, const Vec3
     const Vec3 above_from = from + highest_m * normal;
     const Vec3 above_to = to + highest_m * normal;
     return visible(from, above_from) && visible(above_from, above_to) && visible(above_to, to);
+}
+
+bool SceneEdges::is_covered(std::uint32_t edge, const glm::dvec3& point) const {
+    if (moving_.empty() || edge >= moving_.front().first_edge) return false;
+    return std::any_of(edges_.begin() + moving_.front().first_edge, edges_.end(),
+                       [&](const DiffractionEdge& other) {
+                           const WedgePoint at = other.beside(point);
+                           return at.radius_m < tolerances::kSame_m && at.along_m > 0 &&
+                                  at.along_m < other.length_m && other.is_along(edges_[edge]) &&
+                                  other.open_angle_rad <= edges_[edge].open_angle_rad;
+                       });
 }
 
 void SceneEdges::scene_moved() {
@@ -148,7 +164,7 @@ SceneEdges::Frame SceneEdges::frame_of(std::uint32_t triangle) const {
 
 /// True if faces of other triangles pass through the open angle along the whole edge, as at the
 /// foot of a wall on an undivided floor. Such faces leave no sector above pi. Short rays around the
-/// edge meet them.
+/// edge meet them. Objects that move do not bury the edges of others: a door that is shut may open.
 bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
     constexpr std::array kPlaces{0.5, 0.1, 0.9};  // of the length, off the ends
     // Chords begin off the faces by more than they are shortened, and pass the edge farther than it
@@ -172,13 +188,14 @@ bool SceneEdges::is_buried(const DiffractionEdge& edge) const {
         scene_.intersect_each({&ray, 1}, {&hit, 1});
         return hit.any() && scene_.coplanar_faces().is_covered(hit.triangle);
     };
+    const auto moves = [&](std::uint32_t t) { return scene_.moves(scene_.triangle(t)); };
     return std::all_of(kPlaces.begin(), kPlaces.end(), [&](double place) {
         const glm::dvec3 centre = edge.point(place * edge.length_m);
         const auto around = [&](int step) {
             return Vec3(centre + kRadius_m * edge.direction(kMargin_rad + span_rad * step / steps));
         };
         for (int step = 0; step < steps; ++step) {
-            if (!scene_.visible(around(step), around(step + 1))) return true;
+            if (!visible_past(around(step), around(step + 1), moves)) return true;
         }
         return edge.is_free() && is_drawn_at(centre);
     });

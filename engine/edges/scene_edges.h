@@ -32,6 +32,10 @@ class SceneEdges {
 
     const RayScene& scene() const { return scene_; }
 
+    /// Whether a fixed edge coincides at a point of it with that of an object which moves, as a
+    /// jamb with the leaf that is hung in it: the other one, at which less is open, is the edge.
+    bool is_covered(std::uint32_t edge, const glm::dvec3& point) const;
+
     /// Whether there are small objects.
     bool has_small() const { return has_small_; }
 
@@ -61,6 +65,8 @@ class SceneEdges {
     bool is_small(std::uint32_t triangle) const {
         return is_small_[scene_.triangle(triangle).object] != 0;
     }
+    template <typename Passes>
+    bool visible_past(const Vec3& from, const Vec3& to, const Passes& passes) const;
     bool is_buried(const DiffractionEdge& edge) const;
     void follow(const MovingEdges& object);
     Frame frame_of(std::uint32_t triangle) const;

@@ -11,6 +11,7 @@
 #include "aula/engine/scene.h"
 #include "tests/engine/direct/edge_path_scene.h"
 #include "tests/engine/direct/sound_group.h"
+#include "tests/support/rooms.h"
 
 namespace door_leaf_test {
 
@@ -21,6 +22,7 @@ using aula::SoundPath;
 using aula::Vec3;
 using aula::test::add_quad;
 using aula::test::add_wall;
+using aula::test::EdgePathScene;
 using aula::test::kSpeed_m_s;
 using aula::test::kWallEnd_m;
 using aula::test::SoundGroup;
@@ -151,12 +153,12 @@ Bound bound_of(double angle_deg) {
     return angle_deg > 90 ? Bound{0.6, 1.6} : Bound{1.8, 5.5};
 }
 
-/// The wall and the leaf, both endless along z.
-Scene door(double angle_deg) {
+/// The wall and the leaf, both endless along z, with a gap between the jamb and the leaf's corner.
+Scene door(double angle_deg, double gap_m = 0) {
     const double angle_rad = angle_deg * std::numbers::pi / 180;
     const glm::dvec2 along(std::cos(angle_rad), std::sin(angle_rad));
     const glm::dvec2 across(-along.y, along.x);
-    const glm::dvec2 hinge(-0.45, 0);
+    const glm::dvec2 hinge(-0.45 + gap_m, 0);
     const std::array corners{hinge, hinge + kLeaf_m * along,
                              hinge + kLeaf_m * along + kThickness_m * across,
                              hinge + kThickness_m * across};
@@ -221,6 +223,69 @@ TEST_CASE("beside a door leaf levels are those of boundary elements") {
         const double rms_db = std::sqrt(square_sum / static_cast<double>(count));
         CAPTURE(c.angle_deg, c.source.x, rms_db);
         CHECK(rms_db < bound.rms_db);
+    }
+}
+
+TEST_CASE("how a door leaf is hung changes little") {
+    struct Pair {
+        double angle_deg;
+        Vec3 source;
+        Vec3 listener;
+    };
+    const std::array pairs{Pair{45, {0.2F, -1.4F, 0}, {1.2F, 1.2F, 0}},
+                           Pair{45, {-0.9F, -1, 0}, {-0.9F, 1.3F, 0}},
+                           Pair{60, {-0.5F, -1.5F, 0}, {1.5F, 0.8F, 0}},
+                           Pair{90, {-1, -1.2F, 0}, {0.8F, 1.6F, 0}},
+                           Pair{30, {0.3F, -1, 0}, {-1.2F, 1.5F, 0}},
+                           Pair{40, {-1.93F, -1.59F, 0}, {1.44F, 1.65F, 0}}};
+    for (const Pair& pair : pairs) {
+        const double distance_m = double{glm::distance(pair.source, pair.listener)};
+        const auto levels_db = [&](double gap_m, bool moves) {
+            Scene scene = door(pair.angle_deg, gap_m);
+            scene.objects[1].movable = moves;
+            SoundGroup place(scene);
+            return aula::test::level_db(place.paths(pair.source, pair.listener, true), distance_m);
+        };
+        const auto fixed = levels_db(0, false);
+        for (const double gap_m : {0.0, 0.005, 0.011}) {
+            for (const bool moves : {false, true}) {
+                const auto levels = levels_db(gap_m, moves);
+                for (std::size_t b = 0; b < kBandCount; ++b) {
+                    CAPTURE(pair.angle_deg, pair.source.x, gap_m, moves, b);
+                    CHECK(levels[b] == Approx(fixed[b]).margin(3));
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("a door that is shut at the beginning has the edges of its frame when it opens") {
+    for (const float gap_m : {0.0F, 0.002F, 0.01F}) {
+        const auto opened_from = [&](float yaw_rad) {
+            Object wall;
+            add_wall(wall, -kWallEnd_m, -0.45F, -kWallEnd_m, kWallEnd_m);
+            add_wall(wall, 0.45F, kWallEnd_m, -kWallEnd_m, kWallEnd_m);
+            Object leaf = aula::test::box({static_cast<float>(kLeaf_m) - 2 * gap_m,
+                                           static_cast<float>(kThickness_m), 2 * kWallEnd_m},
+                                          0, {gap_m, 0, -kWallEnd_m});
+            aula::Pose from;
+            from.position = {-0.45F, 0, 0};
+            from.yaw_rad = yaw_rad;
+            aula::Pose to = from;
+            to.yaw_rad = std::numbers::pi_v<float> / 4;
+            leaf.path = aula::Trajectory{};
+            leaf.path->points = {{0, from}, {1, to}};
+            EdgePathScene place({wall, leaf});
+            place.rays.move(1.0);
+            place.edges.scene_moved();
+            return place.energy_db({0.2F, -1.4F, 0}, {1.2F, 1.2F, 0});
+        };
+        const auto from_shut = opened_from(0);
+        const auto from_open = opened_from(std::numbers::pi_v<float> / 4);
+        for (std::size_t b = 0; b < kBandCount; ++b) {
+            CAPTURE(gap_m, b);
+            CHECK(from_shut[b] == Approx(from_open[b]).margin(0.01));
+        }
     }
 }
 
