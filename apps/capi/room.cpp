@@ -133,6 +133,18 @@ std::size_t listener_index(int32_t listener, std::size_t listeners) {
     return static_cast<std::size_t>(listener);
 }
 
+/// The transform of three rows of four numbers.
+RigidTransform transform_of(const float* transform) {
+    const float* const rows = &not_null(transform, "transform");
+    RigidTransform rigid;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column)
+            rigid.rotation[column][row] = rows[4 * row + column];
+        rigid.translation[row] = rows[4 * row + 3];
+    }
+    return rigid;
+}
+
 /// What is wrong with the arguments of a call that renders; null if nothing. [wait-free]
 const char* render_error(const aula_room* room, RenderClock clock, const aula_signal* inputs,
                          std::size_t input_count, float* const* outputs, std::size_t output_count,
@@ -244,14 +256,16 @@ int aula_room_set_listener(aula_room* room, int32_t listener, const aula_pose* p
 int aula_room_set_transform(aula_room* room, size_t object, const float* transform, int64_t at) {
     return aula::result_of([&] {
         aula::Auralizer& auralizer = aula::running(room);
-        const float* const rows = &aula::not_null(transform, "transform");
-        aula::RigidTransform rigid;
-        for (int row = 0; row < 3; ++row) {
-            for (int column = 0; column < 3; ++column)
-                rigid.rotation[column][row] = rows[4 * row + column];
-            rigid.translation[row] = rows[4 * row + 3];
-        }
-        auralizer.set_transform(object, rigid, at);
+        auralizer.set_transform(object, aula::transform_of(transform), at);
+    });
+}
+
+int aula_room_set_transform_by_name(aula_room* room, const char* object, const float* transform,
+                                    int64_t at) {
+    return aula::result_of([&] {
+        aula::Auralizer& auralizer = aula::running(room);
+        const std::string name = &aula::not_null(object, "object");
+        auralizer.set_transform(name, aula::transform_of(transform), at);
     });
 }
 
@@ -259,6 +273,15 @@ int aula_room_set_material(aula_room* room, size_t object, const char* material,
     return aula::result_of([&] {
         aula::running(room).set_material(object, std::string(&aula::not_null(material, "material")),
                                          at);
+    });
+}
+
+int aula_room_set_material_by_name(aula_room* room, const char* object, const char* material,
+                                   int64_t at) {
+    return aula::result_of([&] {
+        aula::Auralizer& auralizer = aula::running(room);
+        const std::string name = &aula::not_null(object, "object");
+        auralizer.set_material(name, std::string(&aula::not_null(material, "material")), at);
     });
 }
 

@@ -18,7 +18,6 @@
 #include "apps/python/interruption.h"
 #include "apps/python/overrides.h"
 #include "apps/python/scene_bindings.h"
-#include "aula/exception.h"
 
 namespace aula {
 
@@ -47,18 +46,6 @@ class PythonAuralizer {
                 int samples) {
         const std::lock_guard lock(rendering_);
         (*this)->render(inputs, outputs, samples);
-    }
-
-    std::size_t index_of(const ObjectKey& key) const {
-        if (const auto* const index = std::get_if<std::size_t>(&key)) return *index;
-        const std::shared_ptr<const Scene> scene = auralizer_.scene();
-        const std::vector<Object>& objects = scene->objects;
-        const auto& name = std::get<std::string>(key);
-        const auto found = std::find_if(objects.begin(), objects.end(),
-                                        [&](const Object& o) { return o.name == name; });
-        if (found == objects.end())
-            throw InputError("object: there is no \"" + name + "\" in the room");
-        return static_cast<std::size_t>(found - objects.begin());
     }
 
  private:
@@ -192,12 +179,12 @@ void bind_auralizer(py::module_& module) {
              [](PythonAuralizer& a, const ObjectKey& object, const Array<float>& rows) {
                  const RigidTransform transform = transform_of(rows);
                  const py::gil_scoped_release released;
-                 a->set_transform(a.index_of(object), transform);
+                 std::visit([&](const auto& key) { a->set_transform(key, transform); }, object);
              })
         .def(
             "set_material",
             [](PythonAuralizer& a, const ObjectKey& object, const Material& material) {
-                a->set_material(a.index_of(object), material);
+                std::visit([&](const auto& key) { a->set_material(key, material); }, object);
             },
             Released())
         .def("set_scene",

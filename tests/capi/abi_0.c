@@ -131,6 +131,16 @@ int aula_room_set_material(aula_room *room, size_t object, const char *material,
     return 0;
 }
 
+int aula_room_set_transform_by_name(aula_room *room, const char *object, const float *transform,
+                                    int64_t at) {
+    return 0;
+}
+
+int aula_room_set_material_by_name(aula_room *room, const char *object, const char *material,
+                                   int64_t at) {
+    return 0;
+}
+
 int aula_room_commit(aula_room *room, int64_t until) { return 0; }
 
 int aula_room_process(aula_room *room, const aula_signal *inputs, size_t input_count,

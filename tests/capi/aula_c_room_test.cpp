@@ -35,6 +35,7 @@ Scene box_scene() {
 
 TEST_CASE("C: a room renders the samples of an Auralizer") {
     constexpr int kLength = 9600;
+    const bool by_name = GENERATE(false, true);
     CRoom room(quick_options(AULA_EXACT));
     const aula_source source = room.add_source();
     aula_status status{};
@@ -53,9 +54,13 @@ TEST_CASE("C: a room renders the samples of an Auralizer") {
     for (int n = 0; n < kLength; n += 480) {
         if (n == 1920) REQUIRE(aula_room_set_source(room.handle, source, &moved, 2000) == AULA_OK);
         if (n == 2400) REQUIRE(aula_room_set_gain(room.handle, source, -3, AULA_NOW) == AULA_OK);
-        if (n == 4800) REQUIRE(aula_room_set_material(room.handle, 0, "curtain", n) == AULA_OK);
+        if (n == 4800)
+            REQUIRE((by_name ? aula_room_set_material_by_name(room.handle, "walls", "curtain", n)
+                             : aula_room_set_material(room.handle, 0, "curtain", n)) == AULA_OK);
         if (n == 6720)
-            REQUIRE(aula_room_set_transform(room.handle, 0, turned.data(), n) == AULA_OK);
+            REQUIRE((by_name
+                         ? aula_room_set_transform_by_name(room.handle, "walls", turned.data(), n)
+                         : aula_room_set_transform(room.handle, 0, turned.data(), n)) == AULA_OK);
         const aula_signal signal{source, input.data() + n};
         float* const outputs[] = {output.data() + n};
         REQUIRE(aula_room_process_exactly(room.handle, &signal, 1, outputs, 1, 480) == AULA_OK);

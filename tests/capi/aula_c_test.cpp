@@ -35,6 +35,8 @@ std::vector<int> change_all(aula_room* room) {
             aula_room_set_listener(room, 0, &pose, AULA_NOW),
             aula_room_set_transform(room, 0, kIdentity.data(), AULA_NOW),
             aula_room_set_material(room, 0, "curtain", AULA_NOW),
+            aula_room_set_transform_by_name(room, "walls", kIdentity.data(), AULA_NOW),
+            aula_room_set_material_by_name(room, "walls", "curtain", AULA_NOW),
             aula_room_commit(room, 0),
             aula_room_remove_source(room, 1, AULA_NOW)};
 }
@@ -92,6 +94,10 @@ TEST_CASE("C: null arguments are input errors and leave null handles") {
         aula_room_set_listener(room.handle, 0, nullptr, 0),
         aula_room_set_transform(room.handle, 0, nullptr, 0),
         aula_room_set_material(room.handle, 0, nullptr, 0),
+        aula_room_set_transform_by_name(room.handle, nullptr, kIdentity.data(), 0),
+        aula_room_set_transform_by_name(room.handle, "walls", nullptr, 0),
+        aula_room_set_material_by_name(room.handle, nullptr, "curtain", 0),
+        aula_room_set_material_by_name(room.handle, "walls", nullptr, 0),
         aula_room_process(nullptr, nullptr, 0, outputs, 1, 1),
         aula_room_process_exactly(nullptr, nullptr, 0, outputs, 1, 1),
         aula_room_process_exactly(room.handle, nullptr, 1, outputs, 1, 1),
@@ -293,6 +299,14 @@ TEST_CASE("C: wrong arguments for a room are errors that change nothing") {
     CHECK(aula_room_set_transform(room.handle, 0, sheared.data(), 0) == AULA_INPUT_ERROR);
     CHECK(aula_room_set_material(room.handle, 1, "curtain", 0) == AULA_INPUT_ERROR);
     CHECK(aula_room_set_material(room.handle, 0, "cheese", 0) == AULA_INPUT_ERROR);
+    CHECK(aula_room_set_material_by_name(room.handle, "walls", "cheese", 0) == AULA_INPUT_ERROR);
+    for (const char* const absent : {"door", ""}) {
+        CHECK((aula_room_set_material_by_name(room.handle, absent, "curtain", 0) ==
+                   AULA_INPUT_ERROR &&
+               message_has("there is no \"" + std::string(absent) + "\" in the room")));
+        CHECK(aula_room_set_transform_by_name(room.handle, absent, kIdentity.data(), 0) ==
+              AULA_INPUT_ERROR);
+    }
     CHECK(aula_room_add_source(room.handle, &room.pose, nullptr, 0, &added) == AULA_OK);
     CHECK((aula_room_add_source(room.handle, &room.pose, nullptr, 0, &added) == AULA_INPUT_ERROR &&
            message_has("2 sources")));

@@ -433,6 +433,43 @@ class BlockByBlock(unittest.TestCase):
         heard = [auralizer.process({"voice": self.signal}) for auralizer in (shut, opened)]
         self.assertGreater((heard[1]**2).sum(), 1.1 * (heard[0]**2).sum())
 
+    def test_object_of_exchanged_rooms(self):
+        # A wall is not movable: a door whose place in the order was that of another room is one.
+        wall, door = ({"name": name, "material": "plaster",
+                       "vertices": [[x, 0, 0], [x, 1, 0], [x, 1, 2], [x, 0, 2]],
+                       "faces": [[0, 1, 2, 3]]} for name, x in (("wall", 3.5), ("door", 2)))
+        door["path"] = {"points": [{"t": 0, "position": [0, 0, 0]}]}
+        rooms = []
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "room.json"
+            for objects in ([wall, door], [door, wall]):
+                file.write_text(json.dumps({
+                    "aula": 1, "geometry": [{"box": [4, 3, 2.5], "material": "plaster"}] + objects,
+                    "sources": [{"name": "voice", "position": [1, 0.5, 1.5]}],
+                    "listener": {"position": [3, 0.5, 1.5]}}))
+                rooms.append(aula.load_scene(file))
+                rooms[-1].configure(waves_hz=0)
+        auralizer = aula.Auralizer(rooms[0], output="mono", clock="real_time", **self.FEW)
+        ended = threading.Event()
+        failures = []
+
+        def move():
+            while not ended.is_set():
+                try:
+                    auralizer.move_object("door", np.eye(4))
+                except aula.Error as error:
+                    failures.append(error)
+
+        threads = [threading.Thread(target=move) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for i in range(20):
+            auralizer.set_scene(rooms[1 - i % 2])
+        ended.set()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
     def test_removal(self):
         # A tone that ends with the fade of its source has no click; one that is cut off has.
         times = np.arange(24000) / 48000

@@ -281,11 +281,21 @@ AULA_API int aula_room_set_listener(aula_room *room, int32_t listener, const aul
 AULA_API int aula_room_set_transform(aula_room *room, size_t object, const float *transform,
                                      int64_t at);
 
+/* The same for an object by its name, the first one in the scene at the time of the command: right
+ * also while another thread calls aula_room_set_scene(), when an index may be that of another
+ * object. [any thread] */
+AULA_API int aula_room_set_transform_by_name(aula_room *room, const char *object,
+                                             const float *transform, int64_t at);
+
 /* Gives all triangles of an object a material of the scene or one that ships, by its name. The
  * length of the responses remains. Errors: there is no such object or material, a failure of the
  * propagation. [any thread] */
 AULA_API int aula_room_set_material(aula_room *room, size_t object, const char *material,
                                     int64_t at);
+
+/* The same for an object by its name. [any thread] */
+AULA_API int aula_room_set_material_by_name(aula_room *room, const char *object,
+                                            const char *material, int64_t at);
 
 /* Declares that all changes before the sample time `until` have been made. With AULA_EXACT the
  * frames before it are then computed while earlier samples are rendered; without this call a frame

@@ -6,6 +6,7 @@
 #include <future>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "apps/room/auralizer/auralizer_state.h"
 #include "apps/room/auralizer/command_checks.h"
@@ -73,11 +74,51 @@ std::shared_ptr<BuiltRoom> Auralizer::State::build_next(
     return std::async(std::launch::async, build).get();
 }
 
-void Auralizer::State::set_material(const RoomPlayback::NumberedScene& of, std::size_t object,
-                                    const Material& material, std::int64_t at) {
+Auralizer::State::FoundObject Auralizer::State::find_object(std::size_t index,
+                                                            std::int64_t at) const {
+    auto found = playback->scene_at(at);
+    if (index >= found.scene->objects.size())
+        throw InputError("auralizer: there is no object " + std::to_string(index));
+    return {std::move(found), index};
+}
+
+Auralizer::State::FoundObject Auralizer::State::find_object(const std::string& name,
+                                                            std::int64_t at) const {
+    auto found = playback->scene_at(at);
+    const std::vector<Object>& objects = found.scene->objects;
+    const auto object = std::find_if(objects.begin(), objects.end(),
+                                     [&](const Object& o) { return o.name == name; });
+    if (name.empty() || object == objects.end())
+        throw InputError("object: there is no \"" + name + "\" in the room");
+    const auto index = static_cast<std::size_t>(object - objects.begin());
+    return {std::move(found), index};
+}
+
+void Auralizer::State::set_transform(const FoundObject& object, const RigidTransform& transform,
+                                     std::int64_t at) {
+    const Object& moved = object.of.scene->objects[object.index];
+    if (!moved.moves())
+        throw InputError(
+            "auralizer: the object " +
+            (moved.name.empty() ? std::to_string(object.index) : '"' + moved.name + '"') +
+            " is not movable");
+    check_transform(transform);
+    playback->change_scene(object.of.number, at,
+                           [index = object.index, transform](FrameRoom& room) {
+                               room.state.objects[index] = transform;
+                           });
+}
+
+void Auralizer::State::set_material(const FoundObject& object, const std::string& name,
+                                    std::int64_t at) {
+    set_material(object, object.of.scene->find_material(name), at);
+}
+
+void Auralizer::State::set_material(const FoundObject& object, const Material& material,
+                                    std::int64_t at) {
     check_material(material);
-    playback->change_scene(of.number, at, [object, material](FrameRoom& room) {
-        room.materials.insert_or_assign(object, material);
+    playback->change_scene(object.of.number, at, [index = object.index, material](FrameRoom& room) {
+        room.materials.insert_or_assign(index, material);
     });
 }
 
@@ -90,14 +131,6 @@ void Auralizer::State::end() {
     if (!std::exchange(is_started, true)) started.set_value(false);
     playback->stop();
     if (thread.joinable()) thread.join();
-}
-
-RoomPlayback::NumberedScene Auralizer::State::scene_with(std::size_t object,
-                                                         std::int64_t at) const {
-    auto found = playback->scene_at(at);
-    if (object >= found.scene->objects.size())
-        throw InputError("auralizer: there is no object " + std::to_string(object));
-    return found;
 }
 
 Auralizer::Auralizer(const Scene& scene, AuralizerOptions options)
@@ -175,25 +208,28 @@ void Auralizer::set_listener(std::size_t listener, const Pose& pose, std::int64_
 
 void Auralizer::set_transform(std::size_t object, const RigidTransform& transform,
                               std::int64_t at) {
-    const auto [scene, number] = state_->scene_with(object, at);
-    const Object& moved = scene->objects[object];
-    if (!moved.moves())
-        throw InputError("auralizer: the object " +
-                         (moved.name.empty() ? std::to_string(object) : '"' + moved.name + '"') +
-                         " is not movable");
-    check_transform(transform);
-    state_->playback->change_scene(number, at, [object, transform](FrameRoom& room) {
-        room.state.objects[object] = transform;
-    });
+    state_->set_transform(state_->find_object(object, at), transform, at);
+}
+
+void Auralizer::set_transform(const std::string& object, const RigidTransform& transform,
+                              std::int64_t at) {
+    state_->set_transform(state_->find_object(object, at), transform, at);
 }
 
 void Auralizer::set_material(std::size_t object, const std::string& name, std::int64_t at) {
-    const auto [scene, number] = state_->scene_with(object, at);
-    state_->set_material({scene, number}, object, scene->find_material(name), at);
+    state_->set_material(state_->find_object(object, at), name, at);
 }
 
 void Auralizer::set_material(std::size_t object, const Material& material, std::int64_t at) {
-    state_->set_material(state_->scene_with(object, at), object, material, at);
+    state_->set_material(state_->find_object(object, at), material, at);
+}
+
+void Auralizer::set_material(const std::string& object, const std::string& name, std::int64_t at) {
+    state_->set_material(state_->find_object(object, at), name, at);
+}
+
+void Auralizer::set_material(const std::string& object, const Material& material, std::int64_t at) {
+    state_->set_material(state_->find_object(object, at), material, at);
 }
 
 void Auralizer::set_part_gains(const PartGains& gains, std::int64_t at) {

@@ -6,6 +6,7 @@
 #include <future>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "apps/room/auralizer/room_playback.h"
@@ -33,12 +34,24 @@ struct Auralizer::State {
     /// Ends the frames and the thread.
     void end();
 
-    /// The scene to which a command at a time refers. Throws InputError if it has no such object.
-    RoomPlayback::NumberedScene scene_with(std::size_t object, std::int64_t at) const;
+    /// An object of the scene to which a command refers.
+    struct FoundObject {
+        RoomPlayback::NumberedScene of;
+        std::size_t index = 0;
+    };
 
-    /// Assigns a material to an object of a scene.
-    void set_material(const RoomPlayback::NumberedScene& of, std::size_t object,
-                      const Material& material, std::int64_t at);
+    /// An object of the scene to which a command at a time refers, by its index or its name. Throws
+    /// InputError if there is none.
+    FoundObject find_object(std::size_t index, std::int64_t at) const;
+    FoundObject find_object(const std::string& name, std::int64_t at) const;
+
+    /// Moves an object. Throws InputError if it is not movable or the transform is not rigid.
+    void set_transform(const FoundObject& object, const RigidTransform& transform, std::int64_t at);
+
+    /// Assigns a material to an object, by the name of one of its scene or the library, or one that
+    /// need not be in the scene. Throws InputError for an unknown name or wrong coefficients.
+    void set_material(const FoundObject& object, const std::string& name, std::int64_t at);
+    void set_material(const FoundObject& object, const Material& material, std::int64_t at);
 
     const AuralizerOptions options;
     std::mutex scene_mutex;  ///< set_scene() builds one scene at a time

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
+#include <string>
 #include <thread>
 
 #include "aula/exception.h"
@@ -36,6 +37,31 @@ Scene other_room() {
     Scene scene = dry_room();
     scene.materials[0].absorption = Bands::filled(0.9F);
     scene.simulation.ir_length_s = 0.2F;
+    return scene;
+}
+
+RigidTransform moved_by(const Vec3& way) { return {glm::mat3(1), way}; }
+
+/// The dry room with two movable panels in either order. Source and listener see each other along y
+/// = 1: a way of -1.5 m along y brings the screen in between, and the door not.
+Scene room_with_objects(bool door_first) {
+    Scene scene = dry_room();
+    scene.simulation.frame_rate_hz = 200;
+    scene.sources[0].position = {1, 1, 1.5F};
+    scene.listener.pose.position = {4, 1, 1.5F};
+    const auto add_panel = [&](const std::string& name, const Vec3& place) {
+        Object panel;
+        panel.name = name;
+        panel.vertices = {{0, -0.5F, -0.5F}, {0, 0.5F, -0.5F}, {0, 0.5F, 0.5F}, {0, -0.5F, 0.5F}};
+        panel.triangles = {{0, 1, 2}, {0, 2, 3}};
+        panel.triangle_materials = {0, 0};
+        panel.translation = place;
+        panel.movable = true;
+        scene.objects.push_back(panel);
+    };
+    if (door_first) add_panel("door", {3.5F, 3.3F, 1.4F});
+    add_panel("screen", {2.5F, 2.6F, 1.4F});
+    if (!door_first) add_panel("door", {3.5F, 3.3F, 1.4F});
     return scene;
 }
 
@@ -213,6 +239,61 @@ TEST_CASE("Objects are those of the scene at the time of the command") {
     rendered(auralizer, 12000, {256}, noise_at);
     CHECK(auralizer.scene()->objects.size() == panel);
     CHECK_NOTHROW(auralizer.status());
+}
+
+TEST_CASE("An object by its name is that of the scene at the time of the command") {
+    const auto output = [](bool by_name) {
+        Auralizer auralizer(room_with_objects(true), mono());
+        auralizer.set_scene(room_with_objects(false), 10000);
+        const RigidTransform first = moved_by({0, -1.5F, 0});
+        const RigidTransform second = moved_by({0, -1, 0});
+        if (by_name) {
+            auralizer.set_transform("door", first, 5000);
+            auralizer.set_transform("door", second, 15000);
+            auralizer.set_material("screen", "curtain", 7000);
+            auralizer.set_material("screen", auralizer.scene()->materials[0], 17000);
+        } else {
+            auralizer.set_transform(1, first, 5000);
+            auralizer.set_transform(2, second, 15000);
+            auralizer.set_material(2, "curtain", 7000);
+            auralizer.set_material(1, auralizer.scene()->materials[0], 17000);
+        }
+        return rendered(auralizer, 24000, {256}, noise_at);
+    };
+    CHECK(output(true) == output(false));
+
+    Auralizer auralizer(room_with_objects(true), mono());
+    for (const char* const absent : {"window", ""}) {
+        CHECK_THROWS_WITH(auralizer.set_transform(absent, {}),
+                          "object: there is no \"" + std::string(absent) + "\" in the room");
+        CHECK_THROWS_AS(auralizer.set_material(absent, "curtain"), InputError);
+        CHECK_THROWS_AS(auralizer.set_material(absent, Material{}), InputError);
+    }
+    CHECK_THROWS_AS(auralizer.set_material("door", "cheese"), InputError);
+    auralizer.set_transform("door", moved_by({0, -1.5F, 0}));
+    rendered(auralizer, 4800, {256}, noise_at);
+    CHECK(auralizer.visible({1}));
+    auralizer.set_transform("screen", moved_by({0, -1.5F, 0}));
+    rendered(auralizer, 4800, {256}, noise_at);
+    CHECK_FALSE(auralizer.visible({1}));
+}
+
+TEST_CASE("An object by its name moves while another thread exchanges the order of objects") {
+    Auralizer auralizer(room_with_objects(true), mono(RenderClock::real_time));
+    std::atomic<bool> ends = false;
+    std::vector<std::thread> movers;
+    for (int m = 0; m < 4; ++m)
+        movers.emplace_back([&] {
+            while (!ends) auralizer.set_transform("door", moved_by({0, -1.5F, 0}));
+        });
+    for (int i = 0; i < 20; ++i) {
+        auralizer.set_scene(room_with_objects(i % 2 != 0));
+        const auto frames = auralizer.status().frames;
+        REQUIRE(test::eventually([&] { return auralizer.status().frames > frames + 2; }));
+        CHECK(auralizer.visible({1}));
+    }
+    ends = true;
+    for (std::thread& mover : movers) mover.join();
 }
 
 TEST_CASE("A scene that cannot be built changes nothing") {

@@ -212,6 +212,12 @@ class Auralizer {
     /// if it is not movable (Object::movable), or if the transform is not rigid and finite.
     void set_transform(std::size_t object, const RigidTransform& transform, std::int64_t at = kNow);
 
+    /// Moves an object, given by its name: the first one of this name in the scene to which the
+    /// command refers. While another thread calls set_scene(), an index may be that of another
+    /// object; a name is not.
+    void set_transform(const std::string& object, const RigidTransform& transform,
+                       std::int64_t at = kNow);
+
     /// Assigns a material to all triangles of an object, by the name of one of the scene or the
     /// library. The response length does not change. Throws InputError for an unknown object or
     /// name.
@@ -220,6 +226,10 @@ class Auralizer {
     /// Assigns a material that need not be in the scene. Throws InputError for an unknown object,
     /// or if a coefficient is not from 0 to 1.
     void set_material(std::size_t object, const Material& material, std::int64_t at = kNow);
+
+    /// Both for an object that is given by its name; see set_transform().
+    void set_material(const std::string& object, const std::string& name, std::int64_t at = kNow);
+    void set_material(const std::string& object, const Material& material, std::int64_t at = kNow);
 
     /// Declares that all changes before the sample time `until` have been made. Frames before it
     /// are then computed ahead, in parallel with rendering. Without it a frame is computed when
