@@ -88,7 +88,7 @@ void print_summary(const PlayStatus& s) {
                      static_cast<unsigned long long>(s.rendering_underruns));
 }
 
-/// Prints changes of the output device's state, one line each.
+/// Prints changes of the output device's state and of the sound, one line each.
 class DeviceReporter {
  public:
     explicit DeviceReporter(const Player& player)
@@ -104,6 +104,10 @@ class DeviceReporter {
         if (status.muted_samples > 0 && !reported_muted_) {
             reported_muted_ = true;
             say(line, "samples that are not finite, or beyond 1e6, are muted");
+        }
+        if (status.silent_pairs != silent_pairs_) {
+            silent_pairs_ = status.silent_pairs;
+            say(line, silent_text(silent_pairs_, status.sources.size()));
         }
         const bool playing = status.device == DeviceState::playing;
         if (playing == played_) return;
@@ -130,6 +134,7 @@ class DeviceReporter {
     double rate_hz_;
     bool reported_priority_ = false;
     bool reported_muted_ = false;
+    std::size_t silent_pairs_ = 0;
     bool played_ = true;
 };
 

@@ -21,7 +21,7 @@ constexpr int32_t kMaxSources = 1024;
 // newer one has a member.
 static_assert(offsetof(aula_options, headphones) + sizeof(aula_options::headphones) ==
               sizeof(aula_options));
-static_assert(offsetof(aula_status, muted_samples) + sizeof(aula_status::muted_samples) ==
+static_assert(offsetof(aula_status, silent_pairs) + sizeof(aula_status::silent_pairs) ==
               sizeof(aula_status));
 
 /// Throws InputError if the size with which a struct begins cannot be right.
@@ -334,8 +334,20 @@ int aula_room_status(const aula_room* room, aula_status* status) {
             .sources = static_cast<int32_t>(auralizer.sources().size()),
             .skipped_frames = now.skipped_frames,
             .muted_samples = now.muted_samples,
+            .silent_pairs = now.silent_pairs,
         };
         std::memcpy(&written, &all, std::min(size, sizeof(all)));
+    });
+}
+
+int aula_room_is_silent(const aula_room* room, aula_source source, int32_t listener, int* silent) {
+    return aula::result_of([&] {
+        aula::not_null(silent, "silent") = 0;
+        const aula::Auralizer& auralizer = aula::running(room);
+        *silent = auralizer.silent(aula::present(auralizer, source),
+                                   aula::listener_index(listener, room->listeners))
+                      ? 1
+                      : 0;
     });
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -32,6 +33,16 @@ inline std::string counted(std::uint64_t count, const char* what) {
 /// The message for samples that an Auralizer or a file has muted.
 inline std::string muted_text(std::int64_t samples) {
     return std::to_string(samples) + " samples were not finite, or beyond 1e6, and were muted";
+}
+
+/// The message of a program whose listener nothing of some sources reaches, or of all again.
+inline std::string silent_text(std::size_t silent, std::size_t sources) {
+    if (silent == 0) return "sound of each source reaches the listener";
+    const std::string where = " outside of the room, or inside of an object";
+    if (silent == sources)
+        return "no sound reaches the listener: it is" + where + ", or the sources are";
+    return "nothing of " + std::to_string(silent) + " of " + std::to_string(sources) +
+           " sources reaches the listener: they are" + where;
 }
 
 }  // namespace aula

@@ -194,6 +194,9 @@ void bind_auralizer(py::module_& module) {
                  a->set_scene(scene);
                  static_cast<void>(a->status());  // of a propagation that has failed meanwhile
              })
+        .def(
+            "silent", [](PythonAuralizer& a, std::uint64_t source) { return a->silent({source}); },
+            Released())
         .def("process", &process)
         .def("impulse_response", &impulse_response)
         .def_property_readonly("frames",

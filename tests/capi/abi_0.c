@@ -58,6 +58,7 @@ typedef struct aula_status {
     int32_t sources;
     uint64_t skipped_frames;
     int64_t muted_samples;
+    uint64_t silent_pairs;
 } aula_status;
 
 const char *aula_version(void) { return 0; }
@@ -154,6 +155,10 @@ int aula_room_process_exactly(aula_room *room, const aula_signal *inputs, size_t
 }
 
 int aula_room_status(const aula_room *room, aula_status *status) { return 0; }
+
+int aula_room_is_silent(const aula_room *room, aula_source source, int32_t listener, int *silent) {
+    return 0;
+}
 
 int aula_room_impulse_response(const aula_room *room, aula_source source, int32_t listener,
                                float *buffer, size_t capacity, size_t *length) {

@@ -54,6 +54,7 @@ TEST_CASE("C: null arguments are input errors and leave null handles") {
     aula_room* no_room = room.handle;
     aula_source found = 1;
     std::size_t index = 0;
+    int silent = 0;
     float* const outputs[] = {nullptr};
     aula_status status{};
     const std::vector<int> results{
@@ -105,6 +106,8 @@ TEST_CASE("C: null arguments are input errors and leave null handles") {
         aula_room_process_exactly(room.handle, nullptr, 0, outputs, 1, 1),
         aula_room_status(nullptr, &status),
         aula_room_status(room.handle, nullptr),
+        aula_room_is_silent(nullptr, source, 0, &silent),
+        aula_room_is_silent(room.handle, source, 0, nullptr),
         aula_room_impulse_response(nullptr, source, 0, nullptr, 0, &index),
         aula_room_impulse_response(room.handle, source, 0, nullptr, 1, &index),
         aula_room_impulse_response(room.handle, source, 0, nullptr, 0, nullptr)};
@@ -387,6 +390,7 @@ TEST_CASE("C: a room has the channels of its output for each listener") {
         CHECK(status.channels == 2 * channels);
         CHECK(status.skipped_frames == 0);  // on the exact clock
         CHECK(status.muted_samples == 0);
+        CHECK(status.silent_pairs == 0);
         aula_room_destroy(room);
     }
 }
@@ -449,6 +453,30 @@ TEST_CASE("C: late, skipped and muted are what the Auralizer counts") {
     CHECK(status.muted_samples == 2);
     CHECK(room.handle->auralizer.status().muted_samples == 2);
     for (const float x : output) CHECK(std::abs(x) < 100);
+}
+
+TEST_CASE("C: a listener that nothing of a source reaches is in the status") {
+    CRoom room(quick_options(AULA_EXACT));
+    const aula_source source = room.add_source();
+    std::vector<float> output(48000);
+    float* const outputs[] = {output.data()};
+    for (const bool outside : {false, true, false}) {
+        room.listener.position[2] = outside ? 4 : 1.7F;
+        REQUIRE(aula_room_set_listener(room.handle, 0, &room.listener, AULA_NOW) == AULA_OK);
+        REQUIRE(aula_room_process_exactly(room.handle, nullptr, 0, outputs, 1, 48000) == AULA_OK);
+        aula_status status{};
+        status.size = sizeof(status);
+        REQUIRE(aula_room_status(room.handle, &status) == AULA_OK);
+        CHECK(status.silent_pairs == (outside ? 1U : 0U));
+        int silent = 2;
+        CHECK(aula_room_is_silent(room.handle, source, 0, &silent) == AULA_OK);
+        CHECK(silent == (outside ? 1 : 0));
+        for (const auto& [other, listener] : {std::pair{source, 1}, std::pair{source + 1, 0}}) {
+            silent = 2;
+            CHECK(aula_room_is_silent(room.handle, other, listener, &silent) == AULA_INPUT_ERROR);
+            CHECK(silent == 0);
+        }
+    }
 }
 
 TEST_CASE("C: after a failure of the propagation each function returns it") {

@@ -470,6 +470,22 @@ class BlockByBlock(unittest.TestCase):
             thread.join()
         self.assertEqual(failures, [])
 
+    def test_silent_sources(self):
+        auralizer = aula.Auralizer(self.room(), output="mono", **self.FEW)
+        auralizer.add_source(aula.Source((2, 2, 1), name="drum"))
+        auralizer.process(samples=48000)
+        self.assertEqual(auralizer.silent_sources, [])
+        small = aula.Scene.shoebox((3, 3, 3), material="plaster")  # without the listener
+        small.configure(waves_hz=0)
+        small.listener = aula.Microphone((2, 1, 1))
+        auralizer.set_scene(small)
+        auralizer.process(samples=48000)
+        self.assertEqual(auralizer.silent_sources, ["voice", "drum"])
+        auralizer.move_listener((2, 1, 1))
+        auralizer.move_source("drum", (2, 2, 4))
+        auralizer.process(samples=48000)
+        self.assertEqual(auralizer.silent_sources, ["drum"])
+
     def test_removal(self):
         # A tone that ends with the fade of its source has no click; one that is cut off has.
         times = np.arange(24000) / 48000

@@ -37,6 +37,34 @@ TEST_CASE("Muted samples give one message") {
     CHECK(played.log.messages().back().is_error);
 }
 
+TEST_CASE("Sources that do not reach the listener give one message until it changes") {
+    Played played;
+    PlayStatus status;
+    status.sources.resize(3);
+    const std::string all =
+        "no sound reaches the listener: it is outside of the room, or inside of an object, or the "
+        "sources are";
+    played.take(status);
+    CHECK(played.log.messages().empty());
+    status.silent_pairs = 3;
+    played.take(status);
+    played.take(status);
+    CHECK(played.count(all) == 1);
+    CHECK(played.log.messages().back().is_error);
+    status.silent_pairs = 1;
+    played.take(status);
+    played.take(status);
+    CHECK(played.count(all) == 0);
+    CHECK(played.count("nothing of 1 of 3 sources reaches the listener: they are outside of the "
+                       "room, or inside of an object") == 1);
+    status.silent_pairs = 0;
+    played.take(status);
+    played.take(status);
+    REQUIRE(played.log.messages().size() == 1);
+    CHECK(played.log.messages()[0].text == "sound of each source reaches the listener");
+    CHECK_FALSE(played.log.messages()[0].is_error);
+}
+
 TEST_CASE("Each failed change gives a message and is reported once") {
     Played played;
     PlayStatus status;

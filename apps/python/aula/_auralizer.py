@@ -80,6 +80,15 @@ class Auralizer:
             return list(self._sources)
 
     @property
+    def silent_sources(self) -> list[str]:
+        """The names of the sources of which nothing has reached the listener in the frames of half
+        a second, whatever their signals and gains: they or the listener are outside of the room, or
+        inside of an object."""
+        with self._lock:
+            return [name for name, number in self._sources.items()
+                    if self._auralizer.silent(number)]
+
+    @property
     def frames(self) -> int:
         """Frames of the propagation so far."""
         return self._auralizer.frames

@@ -300,6 +300,10 @@ bool Auralizer::visible(SourceId source, std::size_t listener) const {
     return state_->playback->present()->computer.visible(source, listener);
 }
 
+bool Auralizer::silent(SourceId source, std::size_t listener) const {
+    return state_->playback->present()->computer.silent(source, listener);
+}
+
 AuralizerStatus Auralizer::status() const { return state_->playback->status(); }
 
 std::function<void(Auralizer&, double)> follow_paths(const Scene& scene) {

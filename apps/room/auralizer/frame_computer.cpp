@@ -24,7 +24,8 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
     for (auto& frame : frames)
         if (!frame) frame = maker_->make_frame();
     const auto begin = Clock::now();
-    std::vector<SourceVisibility> visibilities;
+    std::vector<SourcePairs> pairs;
+    std::size_t silent_pairs = 0;
     {
         const std::lock_guard computing(maker_mutex_);
         for (const auto& [object, material] : room.materials)
@@ -32,15 +33,23 @@ void FrameComputer::compute(const FrameRoom& room, ListenerFrames& frames) {
         maker_->fill(room.state, frames);
         for (const SourceState& source : room.state.sources) {
             if (source.removed_at) continue;
-            SourceVisibility visibility{{source.id}, {}};
-            for (std::size_t l = 0; l < frames.size(); ++l)
-                visibility.visible.push_back(maker_->visible(source.id, l) ? 1 : 0);
-            visibilities.push_back(std::move(visibility));
+            SourcePairs of_source{{source.id}, {}};
+            for (std::size_t l = 0; l < frames.size(); ++l) {
+                PairState& pair = of_source.at.emplace_back();
+                pair.visible = maker_->visible(source.id, l);
+                if (!maker_->reaches(source.id, l)) {
+                    const PairState* const before = find_pair({source.id}, l);
+                    pair.silent_frames = before != nullptr ? before->silent_frames + 1 : 1;
+                }
+                if (is_silent(pair)) ++silent_pairs;
+            }
+            pairs.push_back(std::move(of_source));
         }
     }
     const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
     const std::lock_guard lock(mutex_);
-    std::swap(visibilities_, visibilities);
+    std::swap(pairs_, pairs);
+    status_.silent_pairs = silent_pairs;
     frame_sum_ms_ += took_ms;
     ++status_.frames;
     if (took_ms > status_.frame_period_ms) ++status_.late_frames;
@@ -61,6 +70,7 @@ void FrameComputer::continue_counts(const FrameComputer& before) {
     status_.response_length_s = response_length_s_;
     frame_sum_ms_ = before.frame_sum_ms_;
     counted_sum_ms_ = before.counted_sum_ms_;
+    pairs_ = before.pairs_;
     handed_over_ = before.handed_over_;
 }
 
@@ -94,10 +104,24 @@ std::vector<std::vector<float>> FrameComputer::impulse_response(SourceId source,
 
 bool FrameComputer::visible(SourceId source, std::size_t listener) const {
     const std::lock_guard lock(mutex_);
-    for (const SourceVisibility& visibility : visibilities_)
-        if (visibility.source == source)
-            return listener < visibility.visible.size() && visibility.visible[listener];
-    return false;
+    const PairState* const pair = find_pair(source, listener);
+    return pair != nullptr && pair->visible;
+}
+
+bool FrameComputer::silent(SourceId source, std::size_t listener) const {
+    const std::lock_guard lock(mutex_);
+    const PairState* const pair = find_pair(source, listener);
+    return pair != nullptr && is_silent(*pair);
+}
+
+/// The state of a pair in the newest frame; null if there is none. On the propagation thread, or
+/// with the mutex locked.
+const FrameComputer::PairState* FrameComputer::find_pair(SourceId source,
+                                                         std::size_t listener) const {
+    for (const SourcePairs& pairs : pairs_)
+        if (pairs.source == source)
+            return listener < pairs.at.size() ? &pairs.at[listener] : nullptr;
+    return nullptr;
 }
 
 AuralizerStatus FrameComputer::status() const {

@@ -61,7 +61,7 @@ class FrameComputer {
     /// The object that computes the frames. [propagation thread]
     const FrameMaker& maker() const { return *maker_; }
 
-    /// Continues the counts of frames of another one, of the scene before.
+    /// Continues the counts of frames of another one, of the scene before; also of silent ones.
     void continue_counts(const FrameComputer& before);
 
     /// Frees the engine. No frame is computed during or after the call.
@@ -76,16 +76,31 @@ class FrameComputer {
     /// See Auralizer. [any thread]
     std::vector<std::vector<float>> impulse_response(SourceId source, std::size_t listener) const;
     bool visible(SourceId source, std::size_t listener) const;
+    bool silent(SourceId source, std::size_t listener) const;
     AuralizerStatus status() const;
 
  private:
     static constexpr double kWarmUp_s = 0.25;
 
-    /// The listeners to which a source is visible.
-    struct SourceVisibility {
-        SourceId source;
-        std::vector<char> visible;  ///< [listener]
+    /// After this time a pair is silent, s. With few rays a frame may contain nothing of a source
+    /// behind a small opening. A choice: half a second, as ResponseFollower::kMostFrames.
+    static constexpr double kSilent_s = 0.5;
+
+    /// A source at a listener.
+    struct PairState {
+        bool visible = false;
+        /// Frames since something of the source has reached the listener.
+        std::int64_t silent_frames = 0;
     };
+    struct SourcePairs {
+        SourceId source;
+        std::vector<PairState> at;  ///< [listener]
+    };
+
+    const PairState* find_pair(SourceId source, std::size_t listener) const;
+    bool is_silent(const PairState& pair) const {
+        return static_cast<double>(pair.silent_frames) * config_.frame_s >= kSilent_s;
+    }
 
     std::shared_ptr<const Hrtf> hrtf_;
     mutable std::mutex maker_mutex_;   ///< locked while a frame is computed
@@ -93,8 +108,8 @@ class FrameComputer {
     const RendererConfig config_;
     const double response_length_s_;
     const float patch_size_m_;
-    mutable std::mutex mutex_;  ///< protects the following members
-    std::vector<SourceVisibility> visibilities_;
+    mutable std::mutex mutex_;        ///< protects the following members
+    std::vector<SourcePairs> pairs_;  ///< changed by the propagation thread
     AuralizerStatus status_;
     double frame_sum_ms_ = 0;
     double counted_sum_ms_ = 0;

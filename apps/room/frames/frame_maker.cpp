@@ -336,6 +336,19 @@ bool FrameMaker::visible(std::uint64_t id, std::size_t listener) const {
     return false;
 }
 
+bool FrameMaker::reaches(std::uint64_t id, std::size_t listener) const {
+    const auto has_energy = [](const Bands& energy) { return energy.max() > 0; };
+    for (std::size_t v = 0; v < voices_.size(); ++v) {
+        if (voices_[v].state.id != id) continue;
+        const EnergyResponse& rays = propagation_.response(v, listener);
+        return std::any_of(rays.paths.begin(), rays.paths.end(),
+                           [&](const SoundPath& path) { return has_energy(path.energy); }) ||
+               std::any_of(rays.energy.begin(), rays.energy.end(), has_energy) ||
+               waves_.pair(voices_[v].state.pose.position, rays.listener, rays).has_value();
+    }
+    return false;
+}
+
 FrameView FrameMaker::view(const ViewRequest& request) const {
     FrameView view;
     if (voices_.empty()) return view;

@@ -84,6 +84,10 @@ class FrameMaker {
     /// True if no surface lies between a source, by its id, and a listener in the newest frame.
     bool visible(std::uint64_t id, std::size_t listener) const;
 
+    /// True if anything of a source, by its id, reaches a listener in the newest frame, whatever
+    /// its gain.
+    bool reaches(std::uint64_t id, std::size_t listener) const;
+
  private:
     /// A source in the frames.
     struct Voice {

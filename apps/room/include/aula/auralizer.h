@@ -110,6 +110,7 @@ struct AuralizerStatus {
     std::size_t memory_bytes = 0;      ///< memory of the propagation's caches
     /// Samples of inputs and outputs that were not finite or beyond 1e6; they are silence.
     std::int64_t muted_samples = 0;
+    std::size_t silent_pairs = 0;  ///< pairs of a source and a listener with Auralizer::silent()
 };
 
 /// Renders what listeners hear in a room, block by block, without device and files. It computes the
@@ -295,6 +296,11 @@ class Auralizer {
     /// True if no surface lies between a source and a listener in the newest frame. False if there
     /// is no such source or listener, and always if Simulation::direct is false.
     bool visible(SourceId source, std::size_t listener = 0) const;
+
+    /// True if nothing of a source has reached a listener in the frames of half a second, whatever
+    /// its signal and gain: one of both is outside of the room, or inside of an object. False if
+    /// there is no such source or listener.
+    bool silent(SourceId source, std::size_t listener = 0) const;
 
     /// The current state. Rethrows the exception that has ended the propagation thread.
     AuralizerStatus status() const;
