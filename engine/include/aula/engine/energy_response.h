@@ -36,8 +36,8 @@ struct SoundPath {
     /// new key fades in. The main path has a new key where it jumps to a distant path.
     std::uint64_t key = 0;
     bool is_main = false;  ///< the main path of the direct sound, straight or bent
-    int edges = 0;      ///< number of edges that the path bends around; 0: none
-    Vec3 departure{0};  ///< in which the sound leaves the source, as `direction`
+    int edges = 0;         ///< number of edges that the path bends around; 0: none
+    Vec3 departure{0};     ///< in which the sound leaves the source, as `direction`
     /// Where it bends, from the source to the listener, world axes, m.
     std::vector<Vec3> apexes{};
 };
