@@ -93,6 +93,11 @@ std::size_t bends_over(std::span<const DiffractionEdge* const> edges) {
     return bends;
 }
 
+/// Whether the last edge of a path is the second one of a narrow face: no other shares its bend.
+bool ends_at_narrow_face(std::span<const DiffractionEdge* const> edges) {
+    return EdgeChain::narrow_faces(edges) > EdgeChain::narrow_faces(edges.first(edges.size() - 1));
+}
+
 /// Whether a face at the edge is narrow; see DiffractionEdge::is_across_narrow_face.
 bool has_narrow_face(const RayScene& scene, const DiffractionEdge& edge) {
     return std::any_of(edge.triangles.begin(), edge.triangles.end(), [&](std::uint32_t triangle) {
@@ -202,15 +207,16 @@ ChainSearch::Sequence ChainSearch::near_edges(const Vec3& source, const Vec3& li
         const glm::dvec3 middle = edge.point(edge.length_m / 2);
         const double length_m =
             glm::distance(from, middle) + glm::distance(middle, to) - edge.length_m;
-        if (length_m < longest_m && !edges_.is_covered(e, middle))
-            lengths.emplace_back(length_m, e);
+        if (length_m < longest_m) lengths.emplace_back(length_m, e);
     }
     if (lengths.size() > NearEdges::kMax) {
         std::nth_element(lengths.begin(), lengths.begin() + NearEdges::kMax, lengths.end());
         lengths.resize(NearEdges::kMax);
     }
     Sequence near;
-    for (const auto& [_, e] : lengths) near.push_back(e);
+    for (const auto& [_, e] : lengths) {
+        if (!edges_.is_covered(e, edges_[e].point(edges_[e].length_m / 2))) near.push_back(e);
+    }
     std::sort(near.begin(), near.end());
     return near;
 }
@@ -365,8 +371,10 @@ void ChainSearch::add(OpenChainSearch& open, const PairChains& pair, Sequence se
     std::vector<const DiffractionEdge*> edges;
     for (const std::uint32_t e : sequence) edges.push_back(&edges_[e]);
     const std::size_t bends = bends_over(edges);
-    const bool is_end = bends == order_ && shares_bend_[sequence.back()] == 0;
-    if (bends > order_ || (is_end && open.is_first[sequence.back()] == 0)) return;
+    const bool is_longest =
+        edges.size() == kMaxContacts ||
+        (bends == order_ && (shares_bend_[sequence.back()] == 0 || ends_at_narrow_face(edges)));
+    if (bends > order_ || (is_longest && open.is_first[sequence.back()] == 0)) return;
     budget.work -= Budget::kPath;
     const glm::dvec3 from(pair.source);
     const glm::dvec3 to(pair.listener);
@@ -388,7 +396,7 @@ void ChainSearch::add(OpenChainSearch& open, const PairChains& pair, Sequence se
         }
     }
     open.partials.push(
-        {path.length_m + kPerBend_m * static_cast<double>(bends), std::move(sequence), bends});
+        {path.length_m + kPerBend_m * static_cast<double>(bends), std::move(sequence), is_longest});
 }
 
 void ChainSearch::try_chain(std::vector<std::pair<double, Sequence>>& found, const PairChains& pair,
@@ -444,8 +452,7 @@ bool ChainSearch::expand(PairChains& pair, Budget& budget) {
     while (!open.partials.empty() && open.expansions < kMaxExpansions && open.trials < kMaxTrials &&
            open.found.size() < kMaxFound) {
         const std::uint32_t end = open.partials.top().edges.back();
-        const bool is_longest = open.partials.top().edges.size() == kMaxContacts ||
-                                (open.partials.top().bends == order_ && shares_bend_[end] == 0);
+        const bool is_longest = open.partials.top().is_longest;
         if (!budget.is_left() || (!is_longest && !find_neighbours(end, budget))) return false;
         const OpenChainSearch::Partial partial = open.partials.top();
         open.partials.pop();

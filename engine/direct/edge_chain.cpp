@@ -356,8 +356,7 @@ ComplexBands EdgeChain::factor(const Bend& bend, double before_m, double after_m
         // At a shared face the direct sound and its reflection jump together.
         const bool shares_face =
             contact.shares_next || (bend.first > 0 && contacts_[bend.first - 1].shares_next);
-        field = edge_field(integral, scene, edge, source, receiver,
-                           shares_face ? FaceTerms::keep : FaceTerms::fade);
+        field = edge_field(integral, scene, edge, source, receiver, {.fade_lit = !shares_face});
     }
     divide_by_free_field(source, receiver, contact.along_m, integral, field);
     return field;

@@ -28,7 +28,7 @@ class EdgeChain {
     double length_m() const { return length_m_; }
 
     /// Number of bends. A curved surface counts as one, and so do both edges of a narrow face: the
-    /// free end of a door leaf is that of a screen, however thick it is.
+    /// free end of a thin door leaf is that of a screen.
     std::size_t order() const;
 
     /// Number of narrow faces that consecutive edges of a path bound, two edges each.

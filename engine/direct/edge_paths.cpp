@@ -134,16 +134,20 @@ std::optional<EdgePaths::Candidate> EdgePaths::candidate(std::uint32_t edge,
     return Candidate{*path, edge, is_behind};
 }
 
-/// The diffracted field of an edge, which fades out with the width of the opening beside it.
+/// The diffracted field of an edge. At the two edges of a slot the incident terms cancel the direct
+/// sound, or each other, as the slot closes. The terms of the faces add up, and fade out with the
+/// slot's width; the whole field does where the straight line passes beside the slot.
 EdgeField EdgePaths::field(const Candidate& c, const Bands& attenuation_per_m) const {
     const DiffractionEdge& edge = edges_[c.edge];
     const double turn_rad = std::abs(c.listener.angle_rad - c.source.angle_rad) - std::numbers::pi;
+    const double beside = c.share_beside(c.opening);
     EdgeField field = edge.is_curved
                           ? EdgeField{.direct = curved_field(integral_, scene_, edge, turn_rad,
                                                              c.source, c.listener)}
-                          : divided_edge_field(integral_, scene_, edge, c.source, c.listener);
+                          : divided_edge_field(integral_, scene_, edge, c.source, c.listener,
+                                               {.share = c.opening / beside});
     const double near =
-        c.opening * limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit));
+        beside * limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit));
     for (std::size_t b = 0; b < kBandCount; ++b) {
         const double share = near * air_loss(c.length_m, attenuation_per_m, b);
         field.direct[b] *= share;
@@ -162,23 +166,6 @@ double EdgePaths::opening(const Candidate& c, const Vec3& source, const Vec3& li
         return 0;
     }
     return passage.opening(scene_, std::min(c.source.radius_m, c.listener.radius_m));
-}
-
-/// The share of the straight path where it passes a narrow slot: that of the edges beside it, whose
-/// fields jump by as much at their shadow boundaries.
-double EdgePaths::opening_of_straight(std::span<const Candidate> candidates,
-                                      const glm::dvec3& source) const {
-    double opening = 1;
-    for (const Candidate& c : candidates) {
-        if (c.opening == 1 || !c.is_lit) continue;
-        const double before_m = glm::distance(source, edges_[c.edge].point(c.along_m));
-        // A detour of h^2 (1 / d1 + 1 / d2) / 2 at the distance h.
-        const double off_m =
-            std::sqrt(2 * c.detour_m * before_m * (c.length_m - before_m) / c.length_m);
-        const double beside = smooth_step(2 - 2 * off_m / EdgePassage::kNarrow_m);
-        opening = std::min(opening, 1 - (1 - c.opening) * beside);
-    }
-    return opening;
 }
 
 /// Whether two edges are opposite ends of a screen without thickness.
@@ -204,8 +191,9 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
             continue;
         }
         c->place = place;
-        const bool is_covered = edges_.is_covered(c->edge, edges_[c->edge].point(c->along_m));
-        c->opening = c->is_behind || is_covered ? 0 : opening(*c, source, listener);
+        const bool counts =
+            !c->is_behind && !edges_.is_covered(c->edge, edges_[c->edge].point(c->along_m));
+        c->opening = counts ? opening(*c, source, listener) : 0;
         candidates.push_back(*c);
     }
 
@@ -233,18 +221,16 @@ std::vector<EdgePath> EdgePaths::find(const Vec3& source, const Vec3& listener,
 
     std::vector<EdgePath> paths;
     if (is_lit) {
-        const double opening = opening_of_straight(candidates, from);
-        EdgePath straight{
-            .edges = {},
-            .apexes = {},
-            .is_plain = opening == 1 && (!edges_.has_small() || scene_.visible(listener, source)),
-            .length_m = glm::distance(from, to),
-            .direction = near_direction(from - to),
-            .departure = near_direction(to - from)};
+        EdgePath straight{.edges = {},
+                          .apexes = {},
+                          .is_plain = !edges_.has_small() || scene_.visible(listener, source),
+                          .length_m = glm::distance(from, to),
+                          .direction = near_direction(from - to),
+                          .departure = near_direction(to - from)};
         const double spread_m = std::max(straight.length_m, kNearest_m);
         for (std::size_t b = 0; b < kBandCount; ++b) {
             straight.field[b] =
-                std::polar(opening * air_loss(straight.length_m, attenuation_per_m, b) / spread_m,
+                std::polar(air_loss(straight.length_m, attenuation_per_m, b) / spread_m,
                            -integral_.wave_number_per_m(b) * straight.length_m);
         }
         paths.push_back(straight);
@@ -369,7 +355,7 @@ std::vector<SoundPath> EdgePaths::taps(std::span<const EdgePath> paths, PrimaryT
     const bool jumps = last.path && id_of(*primary) != id_of(*last.path) &&
                        (std::abs(primary->length_m - last.path->length_m) > kJump_m ||
                         glm::distance(primary->direction, last.path->direction) > kJump_rad);
-    // Neither the key of a separate tap of this path nor that of an earlier jump to it.
+    // Another key than that of a separate tap of this path.
     if (jumps) last.key = derive_seed(id_of(*primary), last.key);
     last.path = *primary;
     ComplexBands coherent = primary->field;

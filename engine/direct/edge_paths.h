@@ -123,8 +123,6 @@ class EdgePaths {
     std::optional<Candidate> candidate(std::uint32_t edge, const glm::dvec3& source,
                                        const glm::dvec3& listener) const;
     double opening(const Candidate& candidate, const Vec3& source, const Vec3& listener) const;
-    double opening_of_straight(std::span<const Candidate> candidates,
-                               const glm::dvec3& source) const;
     bool are_of_one_screen(const Candidate& a, const Candidate& b) const;
     EdgeField field(const Candidate& candidate, const Bands& attenuation_per_m) const;
     double coherence_argument(const EdgePath& a, const EdgePath& b) const;

@@ -226,20 +226,36 @@ void EdgeRow::find_clearances(double along_m) {
     length_m_ = length_m;
 }
 
+/// Pairs of members that a face joins, the nearest ones: the tops of a row of boxes lie in one
+/// plane.
+std::vector<std::pair<std::size_t, std::size_t>> EdgeRow::joined_by_faces(
+    const SceneEdges& edges) const {
+    const auto joins = [&](std::size_t a, std::size_t b) {
+        return share_face(edges[members_[a].edge], members_[a].apex, edges[members_[b].edge],
+                          members_[b].apex);
+    };
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+        std::size_t to = i + 1;
+        while (to < members_.size() && !joins(i, to)) ++to;
+        if (to == members_.size()) continue;
+        std::size_t from = to - 1;
+        while (from > i && !joins(from, to)) --from;
+        if (from == i) pairs.emplace_back(i, to);
+    }
+    return pairs;
+}
+
 /// Drops edges below a face that joins two others: they lie within that obstacle, as the corner of
 /// a jamb does behind the leaf of an open door, and the top of a shut leaf below its lintel.
 void EdgeRow::drop_covered(const SceneEdges& edges) {
     std::vector<char> is_covered(members_.size());
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-        const Member& from = members_[i];
-        std::size_t to = i + 1;
-        while (to < members_.size() && !share_face(edges[from.edge], from.apex,
-                                                   edges[members_[to].edge], members_[to].apex))
-            ++to;
-        if (to == members_.size()) continue;
-        const double slope = (members_[to].height_m - from.height_m) /
-                             std::max(members_[to].across_m - from.across_m, tolerances::kSame_m);
-        for (std::size_t k = i + 1; k < to; ++k) {
+    for (const auto& [first, last] : joined_by_faces(edges)) {
+        const Member& from = members_[first];
+        const Member& to = members_[last];
+        const double slope = (to.height_m - from.height_m) /
+                             std::max(to.across_m - from.across_m, tolerances::kSame_m);
+        for (std::size_t k = first + 1; k < last; ++k) {
             const double face_m = from.height_m + slope * (members_[k].across_m - from.across_m);
             if (members_[k].height_m < face_m - tolerances::kSame_m) is_covered[k] = 1;
         }
@@ -320,29 +336,38 @@ std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const st
     return placed;
 }
 
-/// Joins members to obstacles: edges of one face, and edges that are not independent, as those of a
-/// jamb and of the leaf that is hung in it. An edge near the limits of a row is effectively lower.
+/// Joins members to obstacles: edges of one face, edges that are not independent, as those of a
+/// jamb and of the leaf that is hung in it, and all between them. An edge near the limits of a row
+/// is effectively lower.
 void EdgeRow::find_obstacles(const SceneEdges& edges) {
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-        const Member& member = members_[i];
-        const auto joins = [&](const Member& other) {
-            return glm::distance(other.apex, member.apex) < DiffractionEdge::kNarrow_m ||
-                   share_face(edges[other.edge], other.apex, edges[member.edge], member.apex);
-        };
-        const auto first = members_.begin() + static_cast<std::ptrdiff_t>(
-                                                  obstacles_.empty() ? i : obstacles_.back().first);
-        if (std::none_of(first, members_.begin() + static_cast<std::ptrdiff_t>(i), joins)) {
-            obstacles_.push_back({.first = i, .last = i, .knife = {}});
-            obstacles_.back().knife.clearance_m = std::numeric_limits<double>::infinity();
+    auto joined = joined_by_faces(edges);
+    for (std::size_t i = 1; i < members_.size(); ++i) {
+        if (glm::distance(members_[i - 1].apex, members_[i].apex) < DiffractionEdge::kNarrow_m)
+            joined.emplace_back(i - 1, i);
+    }
+    for (std::size_t first = 0; first < members_.size();) {
+        std::size_t last = first;
+        for (bool grows = true; grows;) {
+            grows = false;
+            for (const auto& [from, to] : joined) {
+                if (from > last || from < first || to <= last) continue;
+                last = to;
+                grows = true;
+            }
         }
-        Obstacle& obstacle = obstacles_.back();
-        obstacle.last = i;
-        obstacle.is_bend = obstacle.is_bend || member.is_bend;
-        obstacle.share = std::max(obstacle.share, member.share);
-        obstacle.knife.at_m = 0.5 * (members_[obstacle.first].at_m + member.at_m);
-        obstacle.knife.turn_rad += member.turn_rad;
-        obstacle.knife.clearance_m =
-            std::min(obstacle.knife.clearance_m, member.clearance_m / std::sqrt(member.share));
+        Obstacle obstacle{.first = first, .last = last, .knife = {}};
+        obstacle.knife.at_m = 0.5 * (members_[first].at_m + members_[last].at_m);
+        obstacle.knife.clearance_m = std::numeric_limits<double>::infinity();
+        for (std::size_t i = first; i <= last; ++i) {
+            const Member& member = members_[i];
+            obstacle.is_bend = obstacle.is_bend || member.is_bend;
+            obstacle.share = std::max(obstacle.share, member.share);
+            obstacle.knife.turn_rad += member.turn_rad;
+            obstacle.knife.clearance_m =
+                std::min(obstacle.knife.clearance_m, member.clearance_m / std::sqrt(member.share));
+        }
+        obstacles_.push_back(obstacle);
+        first = last + 1;
     }
 }
 

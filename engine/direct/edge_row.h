@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/direct/edge_paths.h"
@@ -61,7 +62,7 @@ class EdgeRow {
         double detour_m = 0;     ///< over them
     };
 
-    /// Edges that faces join: the two at the top of a box, for instance.
+    /// Edges that faces join, as the two at the top of a box, or that are not independent.
     struct Obstacle {
         std::size_t first = 0;  ///< members
         std::size_t last = 0;
@@ -94,6 +95,7 @@ class EdgeRow {
 
     void find_bends();
     void find_clearances(double along_m);
+    std::vector<std::pair<std::size_t, std::size_t>> joined_by_faces(const SceneEdges& edges) const;
     void drop_covered(const SceneEdges& edges);
     void find_obstacles(const SceneEdges& edges);
     std::vector<std::uint32_t> passed_below(const SceneEdges& edges) const;

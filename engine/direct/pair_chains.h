@@ -20,7 +20,7 @@ struct OpenChainSearch {
     struct Partial {
         double cost_m = 0;
         std::vector<std::uint32_t> edges;
-        std::size_t bends = 0;
+        bool is_longest = false;  ///< no further edge may follow
 
         /// The first of a priority queue has the lowest cost.
         bool operator<(const Partial& other) const {

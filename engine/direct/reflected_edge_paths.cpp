@@ -276,9 +276,11 @@ std::vector<ReflectedEdgePath> ReflectedEdgePaths::find(const Point& source, con
         if (is_before) path.apexes.emplace_back(reflection_points[0]);
         path.apexes.emplace_back(apex);
         if (is_after) path.apexes.emplace_back(reflection_points[1]);
-        path.field = edge_field(integral_, scene_, edge, c.source, c.listener);
+        const double beside = c.share_beside(opening);
+        path.field =
+            edge_field(integral_, scene_, edge, c.source, c.listener, {.share = opening / beside});
 
-        const double weight = opening *
+        const double weight = beside *
                               limits::before_limit(c.detour_m, limits::longest_detour_m(c.is_lit)) *
                               limits::above_threshold(c.level_db - threshold_db);
         const Bands factor = directivity.factor(path.departure);

@@ -61,13 +61,18 @@ bool DiffractionEdge::is_nearest(const WedgePoint& source, const WedgePoint& lis
 }
 
 bool DiffractionEdge::is_across_narrow_face(const DiffractionEdge& other) const {
-    const auto faces = [](const DiffractionEdge& edge, const glm::dvec3& point) {
-        const WedgePoint at = edge.beside(point);
-        return at.radius_m < kNarrow_m && at.along_m > 0 && at.along_m < edge.length_m &&
-               edge.is_on_face(edge.coordinates(point).angle_rad);
+    const glm::dvec3 middle = point(length_m / 2);
+    const glm::dvec3 other_middle = other.point(other.length_m / 2);
+    const WedgePoint here = beside(other_middle);
+    const WedgePoint there = other.beside(middle);
+    const auto is_within = [](const DiffractionEdge& edge, const WedgePoint& at) {
+        return at.along_m > 0 && at.along_m < edge.length_m;
     };
     return !is_curved && !other.is_curved && is_along(other) &&
-           (faces(*this, other.point(other.length_m / 2)) || faces(other, point(length_m / 2)));
+           std::max(here.radius_m, there.radius_m) < kNarrow_m &&
+           (is_within(*this, here) || is_within(other, there)) &&
+           is_on_face(coordinates(other_middle).angle_rad) &&
+           other.is_on_face(other.coordinates(middle).angle_rad);
 }
 
 bool DiffractionEdge::is_in_screen(const glm::dvec3& point) const {

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "engine/edges/edge_field.h"
+
 namespace aula {
 
 std::optional<EdgeCrossing> EdgeCrossing::over(const DiffractionEdge& edge,
@@ -20,6 +22,16 @@ std::optional<EdgeCrossing> EdgeCrossing::over(const DiffractionEdge& edge,
     path.detour_m = std::max(0.0, path.length_m - glm::distance(source, listener));
     path.is_lit = WedgeIntegral::is_lit(at_source, at_listener);
     return path;
+}
+
+double EdgeCrossing::share_beside(double opening) const {
+    if (opening == 1) return 1;
+    // At the distance h the detour is h^2 (1 / a + 1 / b) / 2, with the lengths a and b.
+    const double a_m = std::hypot(source.radius_m, source.along_m - along_m);
+    const double off_m = std::sqrt(2 * detour_m * a_m * std::max(0.0, length_m - a_m) / length_m);
+    // A line through the widest narrow opening is within kNarrow_m; from there it fades over as
+    // much.
+    return 1 - (1 - opening) * smooth_step(off_m / DiffractionEdge::kNarrow_m - 1);
 }
 
 bool EdgeCrossing::is_beside(double beyond_rad) const {

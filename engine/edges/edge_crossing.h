@@ -25,6 +25,11 @@ struct EdgeCrossing {
                                             const glm::dvec3& listener, const WedgePoint& at_source,
                                             const WedgePoint& at_listener);
 
+    /// The share of the field beside an opening narrower than DiffractionEdge::kNarrow_m, of which
+    /// `opening` is free. It is 1 where the straight line passes through the opening, whose other
+    /// edge has the field that cancels this one, and `opening` where it passes beside it.
+    double share_beside(double opening) const;
+
     /// Whether a straight line that passes the edge at an angle beyond a boundary of geometrical
     /// acoustics, between its ends, passes it so closely that a ray could contradict the angle.
     bool is_beside(double beyond_rad) const;

@@ -28,7 +28,7 @@ double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t ban
 /// 0, however near it is.
 EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scene,
                              const DiffractionEdge& edge, const WedgePoint& source,
-                             const WedgePoint& listener, FaceTerms faces) {
+                             const WedgePoint& listener, const FaceTerms& faces) {
     const WedgeField terms = integral.field(edge.wedge(), source, listener);
     const double rs = source.radius_m;
     const double rl = listener.radius_m;
@@ -43,7 +43,7 @@ EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scen
     const std::array<double, 2> reflection_m{beyond_m(sum_rad),
                                              beyond_m(2 * edge.open_angle_rad - sum_rad)};
     const double direct_m = beyond_m(source.angle_rad - listener.angle_rad);
-    const bool fade = faces == FaceTerms::fade && WedgeIntegral::is_lit(source, listener);
+    const bool fade = faces.fade_lit && WedgeIntegral::is_lit(source, listener);
     std::array<double, 2> near_shadow{1, 1};
     for (std::size_t face = 0; face < 2 && fade; ++face) {
         if (direct_m > 0) near_shadow[face] = smooth_step(reflection_m[face] / direct_m);
@@ -59,8 +59,8 @@ EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scen
             const std::complex<double> term =
                 mirrored_pressure(material, b) *
                 (face == 0 ? terms.first_face[b] : terms.second_face[b]);
-            field.direct[b] += weight * term;
-            if (fade) field.reflected[face][b] = (1 - weight) * term;
+            field.direct[b] += faces.share * weight * term;
+            if (fade) field.reflected[face][b] = faces.share * (1 - weight) * term;
         }
     }
     return field;
@@ -68,7 +68,7 @@ EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scen
 
 ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
                         const DiffractionEdge& edge, const WedgePoint& source,
-                        const WedgePoint& listener, FaceTerms faces) {
+                        const WedgePoint& listener, const FaceTerms& faces) {
     return divided_edge_field(integral, scene, edge, source, listener, faces).direct;
 }
 
@@ -82,7 +82,7 @@ ComplexBands curved_field(const WedgeIntegral& integral, const RayScene& scene,
     screen.open_angle_rad = 2 * std::numbers::pi;
     source.angle_rad = (std::numbers::pi - turn_rad) / 2;
     listener.angle_rad = source.angle_rad + std::numbers::pi + turn_rad;
-    return edge_field(integral, scene, screen, source, listener, FaceTerms::keep);
+    return edge_field(integral, scene, screen, source, listener, {.fade_lit = false});
 }
 
 }  // namespace aula

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 #include "engine/edges/diffraction_edge.h"
 #include "engine/edges/wedge_integral.h"
@@ -18,10 +17,10 @@ double air_loss(double length_m, const Bands& attenuation_per_m, std::size_t ban
 /// Share of the pressure that a face reflects specularly.
 double mirrored_pressure(const Material& material, std::size_t band);
 
-/// Whether the terms of the faces fade towards the boundary of a reflection in the lit zone.
-enum class FaceTerms : std::uint8_t {
-    fade,  ///< the reflection has a path of its own
-    keep
+/// How the terms of an edge's field count that belong to the reflections at its faces.
+struct FaceTerms {
+    double share = 1;      ///< of the terms
+    bool fade_lit = true;  ///< towards the boundary of a reflection that has a separate path
 };
 
 /// The field that an edge diffracts, divided between the direct sound and the paths of the
@@ -36,13 +35,13 @@ struct EdgeField {
 /// multiplied by the share of the pressure that its material reflects specularly.
 EdgeField divided_edge_field(const WedgeIntegral& integral, const RayScene& scene,
                              const DiffractionEdge& edge, const WedgePoint& source,
-                             const WedgePoint& listener, FaceTerms faces = FaceTerms::fade);
+                             const WedgePoint& listener, const FaceTerms& faces);
 
 /// The part of that field in the direct sound. The terms of a face are multiplied by the share of
 /// the pressure that its material reflects specularly.
 ComplexBands edge_field(const WedgeIntegral& integral, const RayScene& scene,
                         const DiffractionEdge& edge, const WedgePoint& source,
-                        const WedgePoint& listener, FaceTerms faces = FaceTerms::fade);
+                        const WedgePoint& listener, const FaceTerms& faces);
 
 /// The field of a curved surface with an edge at which the path turns by an angle: that of a half
 /// plane which divides the angle evenly. The angles of the points do not count.

@@ -27,7 +27,7 @@ class EdgePassage {
     static constexpr double kRadius_m = tolerances::kSame_m / 2;
     static_assert(kRadius_m > 2 * double{tolerances::kOffset_m});
 
-    /// Openings are narrow below this width: the paths beside the edge fade out.
+    /// Openings are narrow below this width, see EdgePaths::field.
     static constexpr double kNarrow_m = DiffractionEdge::kNarrow_m;
 
     /// Of the points from an end of the edge, where the faces of other edges may begin kSame_m

@@ -45,6 +45,7 @@ SceneEdges::SceneEdges(const RayScene& scene) : scene_(scene) {
         }
         if (!object.local.empty()) moving_.push_back(std::move(object));
     }
+    scene_moved();
 }
 
 bool overlap(const Bounds& a, const Bounds& b, float margin_m) {
@@ -131,26 +132,33 @@ bool SceneEdges::visible_along_face(const Vec3& from, const Vec3& to, const Vec3
 
 bool SceneEdges::is_covered(std::uint32_t edge, const glm::dvec3& point) const {
     if (moving_.empty() || edge >= moving_.front().first_edge) return false;
-    return std::any_of(edges_.begin() + moving_.front().first_edge, edges_.end(),
-                       [&](const DiffractionEdge& other) {
-                           const WedgePoint at = other.beside(point);
-                           return at.radius_m < tolerances::kSame_m && at.along_m > 0 &&
-                                  at.along_m < other.length_m && other.is_along(edges_[edge]) &&
-                                  other.open_angle_rad <= edges_[edge].open_angle_rad;
-                       });
+    const auto coincides = [&](const DiffractionEdge& other) {
+        const WedgePoint at = other.beside(point);
+        return at.radius_m < tolerances::kSame_m && at.along_m > 0 && at.along_m < other.length_m &&
+               other.is_along(edges_[edge]);
+    };
+    constexpr auto kMargin_m = static_cast<float>(tolerances::kSame_m);
+    return std::any_of(moving_.begin(), moving_.end(), [&](const MovingEdges& object) {
+        return overlap(object.bounds, {Vec3(point), Vec3(point)}, kMargin_m) &&
+               std::any_of(edges_.begin() + object.first_edge, edges_.begin() + object.end_edge,
+                           coincides);
+    });
 }
 
 void SceneEdges::scene_moved() {
-    for (const MovingEdges& object : moving_) follow(object);
+    for (MovingEdges& object : moving_) follow(object);
 }
 
-void SceneEdges::follow(const MovingEdges& object) {
+void SceneEdges::follow(MovingEdges& object) {
     const Frame frame = frame_of(object.reference);
+    object.bounds = {};
     for (std::uint32_t e = object.first_edge; e < object.end_edge; ++e) {
         const DiffractionEdge& local = object.local[e - object.first_edge];
         edges_[e].start = frame.origin + frame.axes * local.start;
         edges_[e].axis = frame.axes * local.axis;
         edges_[e].first_face = frame.axes * local.first_face;
+        object.bounds.add(Vec3(edges_[e].start));
+        object.bounds.add(Vec3(edges_[e].point(local.length_m)));
     }
 }
 

@@ -33,7 +33,7 @@ class SceneEdges {
     const RayScene& scene() const { return scene_; }
 
     /// Whether a fixed edge coincides at a point of it with that of an object which moves, as a
-    /// jamb with the leaf that is hung in it: the other one, at which less is open, is the edge.
+    /// jamb with the leaf that is hung in it: the edge that moves counts.
     bool is_covered(std::uint32_t edge, const glm::dvec3& point) const;
 
     /// Whether there are small objects.
@@ -53,6 +53,7 @@ class SceneEdges {
         std::uint32_t first_edge = 0;
         std::uint32_t end_edge = 0;
         std::vector<DiffractionEdge> local;  ///< in the axes of the triangle
+        Bounds bounds;                       ///< of its edges
     };
 
     /// Origin and axes of a triangle.
@@ -68,7 +69,7 @@ class SceneEdges {
     template <typename Passes>
     bool visible_past(const Vec3& from, const Vec3& to, const Passes& passes) const;
     bool is_buried(const DiffractionEdge& edge) const;
-    void follow(const MovingEdges& object);
+    void follow(MovingEdges& object);
     Frame frame_of(std::uint32_t triangle) const;
 
     const RayScene& scene_;

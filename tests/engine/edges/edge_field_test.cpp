@@ -28,7 +28,7 @@ TEST_CASE("the field of an edge has no step where a reflection appears, however 
         const WedgePoint source{3, source_rad, middle_m};
         const auto receiver = [&](double angle_rad) { return WedgePoint{1, angle_rad, middle_m}; };
         const auto field = [&](double angle_rad) {
-            return edge_field(integral, place.rays, edge, source, receiver(angle_rad));
+            return edge_field(integral, place.rays, edge, source, receiver(angle_rad), {});
         };
         // The reflection at the first face.
         const double reflection_rad = kPi - source_rad;
