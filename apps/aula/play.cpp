@@ -105,9 +105,10 @@ class DeviceReporter {
             reported_muted_ = true;
             say(line, "samples that are not finite, or beyond 1e6, are muted");
         }
-        if (status.silent_pairs != silent_pairs_) {
-            silent_pairs_ = status.silent_pairs;
-            say(line, silent_text(silent_pairs_, status.sources.size()));
+        const std::string silent = silent_text(status.silent_pairs, status.sources.size());
+        if (silent != silent_) {
+            if (status.silent_pairs > 0 || !silent_.empty()) say(line, silent);
+            silent_ = silent;
         }
         const bool playing = status.device == DeviceState::playing;
         if (playing == played_) return;
@@ -134,7 +135,7 @@ class DeviceReporter {
     double rate_hz_;
     bool reported_priority_ = false;
     bool reported_muted_ = false;
-    std::size_t silent_pairs_ = 0;
+    std::string silent_;  ///< the last text
     bool played_ = true;
 };
 

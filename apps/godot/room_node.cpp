@@ -209,8 +209,8 @@ aula_options RoomNode::options() const {
 
 bool RoomNode::can_exchange(const aula_options& wanted) const {
     // A room whose propagation has failed has no status.
-    return status().channels > 0 && wanted.rays == options_.rays &&
-           wanted.ir_length_s == options_.ir_length_s &&
+    return status().channels > 0 && wanted.sample_rate_hz == options_.sample_rate_hz &&
+           wanted.rays == options_.rays && wanted.ir_length_s == options_.ir_length_s &&
            wanted.max_sources <= options_.max_sources &&
            std::none_of(sources_.begin(), sources_.end(),
                         [](const SourceNode* source) { return source->has_new_directivity(); });

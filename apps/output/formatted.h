@@ -35,14 +35,15 @@ inline std::string muted_text(std::int64_t samples) {
     return std::to_string(samples) + " samples were not finite, or beyond 1e6, and were muted";
 }
 
-/// The message of a program whose listener nothing of some sources reaches, or of all again.
+/// Of a player: how many of its sources do not reach the listener, and why that may be.
 inline std::string silent_text(std::size_t silent, std::size_t sources) {
     if (silent == 0) return "sound of each source reaches the listener";
-    const std::string where = " outside of the room, or inside of an object";
-    if (silent == sources)
-        return "no sound reaches the listener: it is" + where + ", or the sources are";
+    const std::string why =
+        " the listener, for instance from outside of the room, out of an object or through walls "
+        "that transmit nothing";
+    if (silent == sources) return "no sound reaches" + why;
     return "nothing of " + std::to_string(silent) + " of " + std::to_string(sources) +
-           " sources reaches the listener: they are" + where;
+           " sources reaches" + why;
 }
 
 }  // namespace aula

@@ -36,9 +36,8 @@ constexpr int kFineSamples = 64;
 constexpr float kUnmarkedShare = 0.25F;
 
 /// Patches for each marked one beyond which a grid is sparse: the others are then sampled only when
-/// the rows of the marked ones fit, and panels do not divide them. Closed rooms have two, as walls
-/// have an outer side, levels of games three, and a city twenty, of which a size that does not fit
-/// takes a third of the time.
+/// the rows of the marked ones fit, and panels do not divide them. A choice: closed rooms have
+/// about two, as walls have an outer side, and cities many.
 constexpr std::size_t kMostPerMarked = 4;
 
 /// Share of a patch's area that is all of it, up to the rounding of the samples' sum.
@@ -349,8 +348,9 @@ struct PatchGrid::State {
     /// only part of a patch can be reached, many more samples estimate the share. Static patches
     /// that are not marked have few, or none. Returns samples that sound reaches.
     std::vector<SurfaceSample> add_reachable(bool moving, std::vector<float>& areas) {
-        const std::vector<std::uint32_t> triangles =
-            moving ? moving_triangles : sampled_triangles();
+        const std::vector<std::uint32_t> sampled =
+            moving ? std::vector<std::uint32_t>() : sampled_triangles();
+        const std::vector<std::uint32_t>& triangles = moving ? moving_triangles : sampled;
         const auto matters = [&](std::uint32_t patch) { return moving || reach.marked(patch); };
         const float unmarked_share = is_sparse ? 0 : kUnmarkedShare;
         const std::vector<SurfaceSample> samples = sampler.sample(

@@ -7,7 +7,7 @@ namespace aula {
 
 namespace {
 
-/// Walks of a round and their segments. With ReachWalks::kRounds choices: 131,072 rays of a round,
+/// Walks of a round and their segments. Choices, as ReachWalks::kRounds: 131,072 rays of a round,
 /// and 1.6 million of all. Half and twice of each change noise and energy by less than 1 %
 /// (`aula-bench noise --estimator patch --rays 1000 scenes/museum.json`).
 constexpr int kWalks = 4096;

@@ -41,9 +41,10 @@ TEST_CASE("Sources that do not reach the listener give one message until it chan
     Played played;
     PlayStatus status;
     status.sources.resize(3);
-    const std::string all =
-        "no sound reaches the listener: it is outside of the room, or inside of an object, or the "
-        "sources are";
+    const std::string why =
+        " the listener, for instance from outside of the room, out of an object or through walls "
+        "that transmit nothing";
+    const std::string all = "no sound reaches" + why;
     played.take(status);
     CHECK(played.log.messages().empty());
     status.silent_pairs = 3;
@@ -55,8 +56,11 @@ TEST_CASE("Sources that do not reach the listener give one message until it chan
     played.take(status);
     played.take(status);
     CHECK(played.count(all) == 0);
-    CHECK(played.count("nothing of 1 of 3 sources reaches the listener: they are outside of the "
-                       "room, or inside of an object") == 1);
+    CHECK(played.count("nothing of 1 of 3 sources reaches" + why) == 1);
+    // One more source: the text follows.
+    status.sources.resize(4);
+    played.take(status);
+    CHECK(played.count("nothing of 1 of 4 sources reaches" + why) == 1);
     status.silent_pairs = 0;
     played.take(status);
     played.take(status);

@@ -144,8 +144,8 @@ typedef struct aula_status {
     uint64_t skipped_frames;  /* frame times skipped because of late frames (AULA_REAL_TIME) */
     int64_t muted_samples;    /* samples of inputs and outputs that were not finite, or beyond 1e6
                                  in magnitude; they are silence */
-    uint64_t silent_pairs;    /* pairs of a source and a listener that nothing of the source has
-                                 reached for half a second: see aula_room_is_silent() */
+    uint64_t silent_pairs;    /* pairs of a source and a listener at which nothing of the source
+                                 has arrived for half a second: see aula_room_is_silent() */
 } aula_status;
 
 /* The version of the library, for instance "0.1.0". Constant. [any thread and the audio thread] */
@@ -331,9 +331,9 @@ AULA_API int aula_room_process_exactly(aula_room *room, const aula_signal *input
 AULA_API int aula_room_status(const aula_room *room, aula_status *status);
 
 /* Whether nothing of a source has reached a listener in the frames of half a second, whatever its
- * signal and gain: one of both is outside of the room, or inside of an object. `*silent`: 1 or 0, 0
- * on errors: the source is not present, there is no such listener, a failure of the propagation.
- * [any thread] */
+ * signal and gain: one of the two may be outside of the room, inside of an object, or behind walls
+ * that transmit nothing. `*silent`: 1 or 0, 0 on errors: the source is not present, there is no such
+ * listener, a failure of the propagation. [any thread] */
 AULA_API int aula_room_is_silent(const aula_room *room, aula_source source, int32_t listener,
                                  int *silent);
 

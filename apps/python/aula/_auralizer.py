@@ -82,8 +82,8 @@ class Auralizer:
     @property
     def silent_sources(self) -> list[str]:
         """The names of the sources of which nothing has reached the listener in the frames of half
-        a second, whatever their signals and gains: they or the listener are outside of the room, or
-        inside of an object."""
+        a second, whatever their signals and gains: they or the listener may be outside of the room,
+        inside of an object, or behind walls that transmit nothing."""
         with self._lock:
             return [name for name, number in self._sources.items()
                     if self._auralizer.silent(number)]

@@ -10,10 +10,12 @@ bool PlaybackMessages::take(const PlayStatus& status, const MonitorStatus& monit
     if (muted && !muted_) log.say("samples that are not finite, or beyond 1e6, are muted", true);
     muted_ = muted;
 
-    if (status.silent_pairs != silent_pairs_) {
-        silent_pairs_ = status.silent_pairs;
+    const std::string silent = silent_text(status.silent_pairs, status.sources.size());
+    if (silent != silent_) {
+        const bool is_first = silent_.empty() && status.silent_pairs == 0;
         log.remove_errors("reaches the listener");
-        log.say(silent_text(silent_pairs_, status.sources.size()), silent_pairs_ > 0);
+        if (!is_first) log.say(silent, status.silent_pairs > 0);
+        silent_ = silent;
     }
 
     if (status.underruns > underruns_) last_underrun_s_ = status.time_s;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -26,7 +25,7 @@ class PlaybackMessages {
     std::uint64_t underruns_ = 0;
     double last_underrun_s_ = -1;
     bool muted_ = false;
-    std::size_t silent_pairs_ = 0;
+    std::string silent_;  ///< the last text
     std::uint64_t failed_changes_ = 0;
     ReductionReporter reductions_{"rays and duration in Quality set them"};
     std::string recording_error_;

@@ -298,8 +298,8 @@ class Auralizer {
     bool visible(SourceId source, std::size_t listener = 0) const;
 
     /// True if nothing of a source has reached a listener in the frames of half a second, whatever
-    /// its signal and gain: one of both is outside of the room, or inside of an object. False if
-    /// there is no such source or listener.
+    /// its signal and gain: one of the two may be outside of the room, or inside of an object.
+    /// False if there is no such source or listener.
     bool silent(SourceId source, std::size_t listener = 0) const;
 
     /// The current state. Rethrows the exception that has ended the propagation thread.
