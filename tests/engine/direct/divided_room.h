@@ -64,9 +64,10 @@ inline std::vector<SoundPath> direct_of_frame_1(const Scene& scene, const Vec3& 
     return direct_of(propagation.response(0));
 }
 
+/// The key of the main path also tells whether it has jumped before.
 inline bool same(const SoundPath& a, const SoundPath& b) {
     return a.length_m == b.length_m && a.direction == b.direction && a.energy == b.energy &&
-           a.key == b.key && a.edges == b.edges;
+           a.is_main == b.is_main && (a.is_main || a.key == b.key) && a.edges == b.edges;
 }
 
 }  // namespace aula::test

@@ -228,8 +228,10 @@ class Auralizer {
     /// or if a coefficient is not from 0 to 1.
     void set_material(std::size_t object, const Material& material, std::int64_t at = kNow);
 
-    /// Both for an object that is given by its name; see set_transform().
+    /// Assigns a material by its name to an object that is given by its name; see set_transform().
     void set_material(const std::string& object, const std::string& name, std::int64_t at = kNow);
+
+    /// Assigns a material to an object that is given by its name; see set_transform().
     void set_material(const std::string& object, const Material& material, std::int64_t at = kNow);
 
     /// Declares that all changes before the sample time `until` have been made. Frames before it
