@@ -336,38 +336,29 @@ std::optional<EdgeRow> EdgeRow::over(const SceneEdges& edges, std::span<const st
     return placed;
 }
 
-/// Joins members to obstacles: edges of one face, edges that are not independent, as those of a
-/// jamb and of the leaf that is hung in it, and all between them. An edge near the limits of a row
-/// is effectively lower.
+/// Joins neighbours to obstacles: edges of one face, and edges that are not independent, as those
+/// of a jamb and of the leaf that is hung in it. An edge near the limits of a row is effectively
+/// lower.
 void EdgeRow::find_obstacles(const SceneEdges& edges) {
-    auto joined = joined_by_faces(edges);
-    for (std::size_t i = 1; i < members_.size(); ++i) {
-        if (glm::distance(members_[i - 1].apex, members_[i].apex) < DiffractionEdge::kNarrow_m)
-            joined.emplace_back(i - 1, i);
-    }
-    for (std::size_t first = 0; first < members_.size();) {
-        std::size_t last = first;
-        for (bool grows = true; grows;) {
-            grows = false;
-            for (const auto& [from, to] : joined) {
-                if (from > last || from < first || to <= last) continue;
-                last = to;
-                grows = true;
-            }
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+        const Member& member = members_[i];
+        const Member* const before = i > 0 ? &members_[i - 1] : nullptr;
+        const bool joins =
+            before != nullptr &&
+            (glm::distance(before->apex, member.apex) < DiffractionEdge::kNarrow_m ||
+             share_face(edges[before->edge], before->apex, edges[member.edge], member.apex));
+        if (!joins) {
+            obstacles_.push_back({.first = i, .last = i, .knife = {}});
+            obstacles_.back().knife.clearance_m = std::numeric_limits<double>::infinity();
         }
-        Obstacle obstacle{.first = first, .last = last, .knife = {}};
-        obstacle.knife.at_m = 0.5 * (members_[first].at_m + members_[last].at_m);
-        obstacle.knife.clearance_m = std::numeric_limits<double>::infinity();
-        for (std::size_t i = first; i <= last; ++i) {
-            const Member& member = members_[i];
-            obstacle.is_bend = obstacle.is_bend || member.is_bend;
-            obstacle.share = std::max(obstacle.share, member.share);
-            obstacle.knife.turn_rad += member.turn_rad;
-            obstacle.knife.clearance_m =
-                std::min(obstacle.knife.clearance_m, member.clearance_m / std::sqrt(member.share));
-        }
-        obstacles_.push_back(obstacle);
-        first = last + 1;
+        Obstacle& obstacle = obstacles_.back();
+        obstacle.last = i;
+        obstacle.is_bend = obstacle.is_bend || member.is_bend;
+        obstacle.share = std::max(obstacle.share, member.share);
+        obstacle.knife.at_m = 0.5 * (members_[obstacle.first].at_m + member.at_m);
+        obstacle.knife.turn_rad += member.turn_rad;
+        obstacle.knife.clearance_m =
+            std::min(obstacle.knife.clearance_m, member.clearance_m / std::sqrt(member.share));
     }
 }
 
