@@ -332,8 +332,8 @@ AULA_API int aula_room_status(const aula_room *room, aula_status *status);
 
 /* Whether nothing of a source has reached a listener in the frames of half a second, whatever its
  * signal and gain: one of the two may be outside of the room, inside of an object, or behind walls
- * that transmit nothing. `*silent`: 1 or 0, 0 on errors: the source is not present, there is no such
- * listener, a failure of the propagation. [any thread] */
+ * that transmit nothing. `*silent`: 1 or 0, 0 on errors: the source is not present, there is no
+ * such listener, a failure of the propagation. [any thread] */
 AULA_API int aula_room_is_silent(const aula_room *room, aula_source source, int32_t listener,
                                  int *silent);
 
