@@ -41,7 +41,7 @@ struct EdgePath {
 /// The primary tap of the last frame.
 struct PrimaryTap {
     std::optional<EdgePath> path;
-    std::uint64_t key = 0;
+    std::uint64_t key = 0;  ///< 0 until it jumps
 };
 
 /// What is remembered of the taps of coherent paths between frames.
@@ -113,7 +113,7 @@ class EdgePaths {
     /// energy has separate taps, at most kMaxTaps - 1, with keys of their edges. The primary tap of
     /// the last frame keeps it from changing to and fro. Where it changes to a distant path it gets
     /// a new key: the sound fades from one path to the other. Empty without a path.
-    std::vector<SoundPath> taps(std::span<const EdgePath> paths, PrimaryTap& primary) const;
+    std::vector<SoundPath> taps(std::span<const EdgePath> paths, PrimaryTap& last) const;
 
     /// Of a pair. A choice: each is a filter and a direction of the renderer for a source.
     static constexpr std::size_t kMaxTaps = 8;

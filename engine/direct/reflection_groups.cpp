@@ -156,6 +156,7 @@ void ReflectionGroups::complete(std::vector<SoundPath>& paths, const Vec3& sourc
         for (SoundPath tap : heard.taps) {
             tap.order = std::max(1, tap.order);
             if (tap.kind == SoundPath::Kind::direct) tap.kind = SoundPath::Kind::image;
+            // A primary tap that has not jumped continues the image source.
             tap.key = tap.key == 0 ? id : derive_seed(id, tap.key);
             tap.is_main = false;
             paths.push_back(std::move(tap));

@@ -63,11 +63,13 @@ struct Simulation {
     /// Highest order of the image sources, 0 to kHighestSpecularOrder. Flutter between two walls
     /// has higher ones, without a limit of `order`, if this is not 0.
     int specular_order = 3;
-    bool specular = true;       ///< false omits purely specular paths
-    bool direct = true;         ///< false omits the direct sound and its diffraction
-    int diffraction_order = 2;  ///< highest number of edges that the direct sound bends around,
-                                ///< 0 to kHighestDiffractionOrder; 0: no diffraction
-    bool transmission = true;   ///< false makes all walls opaque
+    bool specular = true;  ///< false omits purely specular paths
+    bool direct = true;    ///< false omits the direct sound and its diffraction
+    /// Highest number of edges that the direct sound bends around, those of a curved surface, and
+    /// both of a face below 5 cm, counting as one: 0 to kHighestDiffractionOrder; 0: no
+    /// diffraction.
+    int diffraction_order = 2;
+    bool transmission = true;  ///< false makes all walls opaque
     /// The frequency below which the modes of the room replace rays, at most, and at most as far as
     /// 180 modes and 1.5 times Schroeder's frequency allow; kLowestWaves_hz to kHighestWaves_hz; 0:
     /// rays alone.
